@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from statistics import median
 
 from mcdas_opt.domain.declared_types import require_types
@@ -13,6 +15,8 @@ from mcdas_opt.domain.rules import Array, floats
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.interop.recordings.recording import Tally
+
+SHORTEST_S = 0.01  # no radar's cycle is shorter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +78,18 @@ def usual_period(stamps: Sequence[float], keys: Sequence[Hashable]) -> float:
             steps.append(stamp - last[key])
         last[key] = stamp
     return round(median(steps), 6) if steps else 0.1
+
+
+def period_without_slots(stamps: Sequence[float]) -> float | None:
+    """Median time [s] between cycles of records that no key tells apart: of one cycle are those that follow one another faster than any
+    radar. None where those then last for more than half a period, so that nobody can tell where a cycle ends."""
+    period = usual_period(stamps, [0] * len(stamps))
+    if period >= SHORTEST_S:
+        return period
+    firsts = [stamp for before, stamp in pairwise([-math.inf, *stamps]) if stamp - before >= SHORTEST_S]
+    period = usual_period(firsts, [0] * len(firsts))
+    begun = [firsts[max(bisect_right(firsts, stamp) - 1, 0)] for stamp in stamps]
+    return period if max(stamp - first for stamp, first in zip(stamps, begun, strict=True)) <= 0.5 * period else None
 
 
 def cycles(stamps: Sequence[float], keys: Sequence[Hashable], period_s: float) -> list[list[int]]:

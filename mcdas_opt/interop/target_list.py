@@ -15,7 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, Tally, named
-from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, period_without_slots, usual_period
 from mcdas_opt.simulation.sensors import mounting
 
 TIME_NAMES = (TIME, "t_s")
@@ -140,7 +140,13 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
     read = [{name: sign * value for (name, (_, sign)), value in zip(found.items(), row.values, strict=True)} for row in rows]
     stamps = [values["time_s"] for values in read]
     keys = [values.get("slot", row.line) for values, row in zip(read, rows, strict=True)]
-    period = usual_period(stamps, keys) if "slot" in found else usual_period(stamps, [0] * len(stamps))
+    period = usual_period(stamps, keys) if "slot" in found else period_without_slots(stamps)
+    if period is None:
+        rule = (
+            "has a time of its own for each target, and does not show where a cycle ends: name what tells the targets of a cycle apart "
+            "(--columns slot=...), or give them one time"
+        )
+        raise InputError(recording.path, table.header[found["time_s"][0]], None, rule)
     mounted = mounting(sector, vehicle or Vehicle())
     stream = []
     for group in cycles(stamps, keys, period):

@@ -64,6 +64,21 @@ def test_rows_of_one_cycle_make_one_scan_even_when_their_stamps_differ(tmp_path:
     assert log.arrivals_s[0] == pytest.approx(0.006)
 
 
+@given(st.lists(st.integers(1, 8), min_size=3, max_size=12), st.floats(1e-4, 3e-3))
+def test_without_slots_a_pause_ends_a_cycle_of_targets_that_have_times_of_their_own(
+    tmp_path_factory: pytest.TempPathFactory, counts: list[int], apart_s: float
+) -> None:
+    rows = [f"{0.05 * k + apart_s * j!r},{20 + 15 * j},0,0" for k, count in enumerate(counts) for j in range(count)]
+    log = read_targets(CsvTable(table(tmp_path_factory.mktemp("csv"), *rows, header="time_s,x_m,y_m,range_rate_mps")))
+    assert [len(scan.radar) for scan in log.scans] == counts
+
+
+def test_targets_in_an_even_row_need_slots(tmp_path: Path) -> None:
+    path = table(tmp_path, *(f"{0.002 * k:.3f},{20 + 15 * (k % 4)},0,0" for k in range(80)), header="t,x_m,y_m,range_rate_mps")
+    with pytest.raises(InputError, match=r"radar\.csv: t: has a time of its own for each target, .*--columns slot="):
+        read_targets(CsvTable(path), columns={"time_s": "t"})
+
+
 def test_bad_rows_are_counted_by_kind_with_their_first_line(tmp_path: Path) -> None:
     rows = ["0,1,10,0,0,0", "0.1,1,ten,0,0,0", "0.2,1,10,0", "nan,1,10,0,0,0", ",1,10,0,0,0", "0.3,1,10,0,,0", "0.4,1,nan,0,0,0"]
     log = read_targets(CsvTable(table(tmp_path, *rows)))
