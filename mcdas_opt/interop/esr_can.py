@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,8 +34,8 @@ def read_esr(
 ) -> SensorLog:
     """Scans of a front ESR and, where there is one, of a rear ESR: in a file of its own, or on a second bus of the same file.
 
-    Of two buses in one file the first by name is the front radar's. Both radars sit in the middle of their bumper. A slot whose
-    status says that the radar did not see its target in this cycle is gated and counted; bad frames are left out and counted.
+    Of two buses in one file the first by name is the front radar's, can2 before can10. Both radars sit in the middle of their bumper.
+    A slot whose status says that the radar did not see its target in this cycle is gated and counted; bad frames are left out and counted.
     The standard deviations are those of `sensor` (default the shipped `delphi_esr`): the CAN interface carries none.
 
     Raises `InputError` for a recording that carries no CAN, holds none of the radar's frames, or holds more than two buses with
@@ -43,7 +44,7 @@ def read_esr(
     codec = EsrCodec(dbc=dbc)
     vehicle, sensor = vehicle or Vehicle(), sensor or load_sensor("delphi_esr")
     first, bad, other = _decoded(log, codec, dbc)
-    buses = sorted({item.frame.channel for item in first})
+    buses = _buses(first)
     if len(buses) > (2 if rear is None else 1):
         rule = "at most a front and a rear bus may carry ESR tracks" if rear is None else "a log of two buses and --rear exclude each other"
         raise InputError(log.path, "bus", ", ".join(buses), rule)
@@ -54,7 +55,7 @@ def read_esr(
     tally.absorb(bad, "" if rear is None else "front: ")
     if rear is not None:
         second, bad, more = _decoded(rear, codec, dbc)
-        buses = sorted({item.frame.channel for item in second})
+        buses = _buses(second)
         if len(buses) > 1:
             raise InputError(rear.path, "bus", ", ".join(buses), "the rear log must hold one bus with ESR tracks")
         streams[Sector.REAR] = second
@@ -68,7 +69,10 @@ def read_esr(
     good = sum(len(items) for items in streams.values())
     host = np.array(speeds) if speeds else None
     files = {sector: log.path if rear is None or sector is Sector.FRONT else rear.path for sector in streams}
-    sources = {sector: Source(file=str(file), range_rate=RANGE_RATE, bearing=ANGLE) for sector, file in files.items()}
+    sources = {
+        sector: Source(file=str(file), bus=streams[sector][0].frame.channel, range_rate=RANGE_RATE, bearing=ANGLE)
+        for sector, file in files.items()
+    }
     return SensorLog(scans=scans, arrivals_s=arrivals, good=good, bad=tally, other=other, gated=gated, host_speed=host, sources=sources)
 
 
@@ -138,6 +142,11 @@ def _decoded(recording: Recording, codec: EsrCodec, dbc: str | Path | None) -> t
         source = "the shipped DBC" if dbc is None else str(dbc)
         raise InputError(recording.path, "", None, f"holds no ESR track frame (0x500 to 0x53F by {source}); {listed(recording.channels)}")
     return items, bad, other
+
+
+def _buses(items: list[_Decoded]) -> list[str]:
+    """By name, numbers in it as numbers."""
+    return sorted({i.frame.channel for i in items}, key=lambda bus: [int(p) if p.isdecimal() else p for p in re.split(r"(\d+)", bus)])
 
 
 def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sensor, gated: dict[str, int]) -> list[tuple[float, Scan]]:

@@ -226,4 +226,5 @@ def _summary(
         statuses=dict(sorted(statuses.items())),
         modes=dict(sorted(modes.items())),
         cycle_ms=CycleTimes.of(taken),
+        radars={sector.value: f"{Path(one.file).name} {one.bus}".rstrip() for sector, one in recording.sources.items()},
     )

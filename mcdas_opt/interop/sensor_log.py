@@ -21,9 +21,10 @@ SHORTEST_S = 0.01  # no radar's cycle is shorter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source:
-    """Where a radar's numbers stand, for messages: the file, and what it calls the range rate and the azimuth (or x)."""
+    """Where a radar's numbers stand, for messages: the file, its bus there, and what it calls the range rate and the azimuth (or x)."""
 
     file: str = "recording"
+    bus: str = ""
     range_rate: str = "range_rate_mps"
     bearing: str = "azimuth_rad"
 
