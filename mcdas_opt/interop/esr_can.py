@@ -17,7 +17,7 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_codec import ANGLE, RANGE_RATE, TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
 from mcdas_opt.interop.recordings.recording import Frame, Recording, Tally, listed
-from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, require_clock, usual_period
 from mcdas_opt.simulation.sensors import mounting
 from mcdas_opt.simulation.sight import echo
 
@@ -61,6 +61,9 @@ def read_esr(
         streams[Sector.REAR] = second
         tally.absorb(bad, "rear: ")
         other += more
+    files = {sector: log.path if rear is None or sector is Sector.FRONT else rear.path for sector in streams}
+    for sector, items in streams.items():
+        require_clock(files[sector], "time", [i.frame.t_s for i in items], [i.frame.line for i in items])
     gated: dict[str, int] = {}
     arriving = [_scans(sector, items, vehicle, sensor, gated) for sector, items in streams.items()]
     scans, arrivals = in_order_of_arrival(arriving)
@@ -68,7 +71,6 @@ def read_esr(
     speeds = increasing(spoken)
     good = sum(len(items) for items in streams.values())
     host = np.array(speeds) if speeds else None
-    files = {sector: log.path if rear is None or sector is Sector.FRONT else rear.path for sector in streams}
     sources = {
         sector: Source(file=str(file), bus=streams[sector][0].frame.channel, range_rate=RANGE_RATE, bearing=ANGLE)
         for sector, file in files.items()

@@ -7,16 +7,18 @@ from bisect import bisect_right
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 from statistics import median
 
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.rules import Array, floats
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.recordings.recording import Tally
 
 SHORTEST_S = 0.01  # no radar's cycle is shorter
+_LATE_S = 0.5  # a record may come so much later than newer ones, and others for so long
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +70,20 @@ class SensorLog:
     @property
     def detections(self) -> int:
         return sum(len(scan.radar) for scan in self.scans)
+
+
+def require_clock(path: str | Path, key: str, stamps: Sequence[float], lines: Sequence[int]) -> None:
+    """Raises `InputError` with the line from which on a clock runs that was set back: what follows would all be too late. A few late
+    records are none."""
+    latest, back = -math.inf, None
+    for k, stamp in enumerate(stamps):
+        if stamp >= latest - _LATE_S:
+            latest, back = max(latest, stamp), None
+        elif back is None:
+            back = k
+        elif stamp > stamps[back] + _LATE_S:
+            rule = f"goes back by {latest - stamps[back]:.3f} s, and on from there: split the recording where its clock was set, or sort it"
+            raise InputError(path, f"line {lines[back]}: {key}", stamps[back], rule)
 
 
 def usual_period(stamps: Sequence[float], keys: Sequence[Hashable]) -> float:

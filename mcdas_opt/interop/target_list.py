@@ -15,7 +15,16 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, Tally, named
-from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, period_without_slots, usual_period
+from mcdas_opt.interop.sensor_log import (
+    SensorLog,
+    Source,
+    cycles,
+    in_order_of_arrival,
+    increasing,
+    period_without_slots,
+    require_clock,
+    usual_period,
+)
 from mcdas_opt.simulation.sensors import mounting
 
 TIME_NAMES = (TIME, "t_s")
@@ -139,6 +148,7 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
         raise InputError(recording.path, "", None, "holds no row with a time")
     read = [{name: sign * value for (name, (_, sign)), value in zip(found.items(), row.values, strict=True)} for row in rows]
     stamps = [values["time_s"] for values in read]
+    require_clock(recording.path, table.header[found["time_s"][0]], stamps, [row.line for row in rows])
     keys = [values.get("slot", row.line) for values, row in zip(read, rows, strict=True)]
     period = usual_period(stamps, keys) if "slot" in found else period_without_slots(stamps)
     if period is None:
