@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.host import HostState
@@ -18,7 +19,7 @@ from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.recordings.csv_table import CsvTable
 
 SLOPE_S = 0.5  # the acceleration is the slope of the speed over this much of the past
-HELD_S = 1.0  # beyond its ends the speed is held for so long at most
+HELD_S = 1.0  # a speed says nothing of what is farther away in time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,12 +64,27 @@ class HostMotion:
         values = np.array([row.values for row in rows])
         return cls(t_s=values[:, 0], speed_mps=values[:, 1], source=str(path))
 
-    def require(self, start_s: float, end_s: float) -> None:
-        """Raises `InputError` unless the speeds cover [start_s, end_s], give or take a second at either end."""
+    def known(self, t_s: Array) -> NDArray[np.bool_]:
+        """Whether a speed is said within `HELD_S` of these times."""
+        after = np.clip(np.searchsorted(self.t_s, t_s), 1, self.t_s.size - 1)
+        nearest = np.minimum(np.abs(self.t_s[after] - t_s), np.abs(self.t_s[after - 1] - t_s))
+        return np.asarray(nearest <= HELD_S + 1e-9, dtype=np.bool_)
+
+    def require(self, t_s: Array) -> None:
+        """Raises `InputError` unless the speed is known at all these times, which increase; names the first hole."""
+        unknown = t_s[~self.known(t_s)]
+        if unknown.size == 0:
+            return
         first, last = float(self.t_s[0]), float(self.t_s[-1])
-        if start_s < first - HELD_S or end_s > last + HELD_S:
-            rule = f"covers {first:g} s to {last:g} s, the log needs {start_s:g} s to {end_s:g} s"
-            raise InputError(self.source, "t_s", None, rule)
+        if first < unknown[0] < last:
+            k = int(np.searchsorted(self.t_s, unknown[0]))
+            rule = (
+                f"says nothing between {self.t_s[k - 1]:.10g} s and {self.t_s[k]:.10g} s, where the log has scans: a speed must be said at "
+                f"most {HELD_S:g} s before or after"
+            )
+        else:
+            rule = f"covers {first:.10g} s to {last:.10g} s, the log needs {t_s[0]:.10g} s to {t_s[-1]:.10g} s"
+        raise InputError(self.source, "t_s", None, rule)
 
     def state(self, t_s: float, start_s: float, road: Road, vehicle: Vehicle) -> HostState:
         """The host at `t_s`, its s counted from `start_s` on. The acceleration looks at the past only."""

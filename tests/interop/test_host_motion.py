@@ -73,11 +73,23 @@ def test_bad_files_are_refused_with_line_and_rule(tmp_path: Path, text: str, mes
 
 
 def test_a_log_outside_the_speeds_is_refused() -> None:
-    motion = HostMotion(t_s=np.array([0.0, 10.0]), speed_mps=np.array([1.0, 1.0]), source="host.csv")
-    motion.require(-1.0, 11.0)
+    motion = HostMotion(t_s=np.arange(0.0, 11.0, 2.0), speed_mps=np.ones(6), source="host.csv")
+    motion.require(np.arange(-1.0, 11.05, 0.1))
     for span in ((-1.1, 5.0), (5.0, 11.1)):
         with pytest.raises(InputError, match=r"host\.csv: t_s: covers 0 s to 10 s, the log needs"):
-            motion.require(*span)
+            motion.require(np.array(span))
+
+
+@given(st.lists(st.floats(0.1, 5.0), min_size=1, max_size=8), st.floats(0.0, 1.0))
+def test_a_speed_is_known_a_second_from_where_it_is_said_and_no_farther(steps: list[float], share: float) -> None:
+    said = np.concatenate([[0.0], np.cumsum(steps)])
+    motion = HostMotion(t_s=said, speed_mps=np.ones(said.size), source="host.csv")
+    time = share * said[-1]
+    away = float(np.min(np.abs(said - time)))
+    assert motion.known(np.array([time])) == (away <= 1.0 + 1e-9)
+    if away > 1.0 + 1e-9:
+        with pytest.raises(InputError, match=r"host\.csv: t_s: says nothing between .* s and .* s, where the log has scans"):
+            motion.require(np.array([time]))
 
 
 @pytest.mark.parametrize(

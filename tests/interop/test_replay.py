@@ -202,7 +202,8 @@ def radar_csv(folder: Path, times: list[float]) -> tuple[Path, Path]:
     radar, host = folder / "radar.csv", folder / "host.csv"
     rows = "".join(f"{t!r},1,{30.0 - 0.1 * k!r},0.5,-2,0\n" for k, t in enumerate(times))
     radar.write_text("time_s,slot,x_m,y_m,range_rate_mps,new_track\n" + rows)
-    host.write_text(f"t_s,speed_mps\n{times[0]!r},10\n{times[-1]!r},10\n")
+    said = np.arange(min(times), max(times) + 2.0, 2.0).tolist()
+    host.write_text("t_s,speed_mps\n" + "".join(f"{t!r},10\n" for t in said))
     return radar, host
 
 
@@ -224,12 +225,31 @@ def test_nothing_is_planned_while_no_radar_is_heard(tmp_path: Path) -> None:
     assert done.cycles[-1].tracks
 
 
+def test_a_speed_that_nobody_said_is_not_made_up(tmp_path: Path) -> None:
+    """Five seconds at 25 m/s, a minute of nothing, then standing: halfway through it was 12.5 m/s."""
+    radar, host = radar_csv(tmp_path, [0.05 * k for k in range(1400)])
+    said = [(0.1 * k, 25.0) for k in range(51)] + [(65.0 + 0.1 * k, 0.0) for k in range(51)]
+    host.write_text("t_s,speed_mps\n" + "".join(f"{t!r},{v}\n" for t, v in said))
+    with pytest.raises(InputError, match=r"host\.csv: t_s: says nothing between 5 s and 65 s, where the log has scans"):
+        replay(radar, "radar-csv", host=host, plan=False)
+
+
+def test_a_logger_s_pause_is_left_out(tmp_path: Path) -> None:
+    """Neither radar nor speed for five seconds: there is nothing to plan by, and nothing is lost."""
+    times = [0.05 * k + (5.0 if k > 40 else 0.0) for k in range(81)]
+    radar, host = radar_csv(tmp_path, times)
+    host.write_text("t_s,speed_mps\n" + "".join(f"{t!r},10\n" for t in times))
+    done = replay(radar, "radar-csv", host=host, plan=False)
+    assert done.summary.cycles_left_out == 30
+    assert not [cycle.t_s for cycle in done.cycles if 3.01 < cycle.t_s < 6.04]
+    assert done.summary.scans == done.summary.tracker["scans"] == 81
+
+
 @pytest.mark.parametrize("set_back_s", [2.02, 30.0, 3600.0])
 def test_a_clock_that_is_set_back_is_told_with_its_line(set_back_s: float, tmp_path: Path) -> None:
     """What follows would come too late, all of it, and be left out."""
     times = [5000.0 + 0.05 * k - (set_back_s if k >= 200 else 0.0) for k in range(400)]
-    radar, host = radar_csv(tmp_path, sorted(times))
-    radar, _ = radar_csv(tmp_path, times)
+    radar, host = radar_csv(tmp_path, times)
     with pytest.raises(InputError, match=r"radar\.csv: line 202: time_s = .*: goes back by .*: split the recording"):
         replay(radar, "radar-csv", host=host, plan=False)
     can = tmp_path / "a.log"
