@@ -14,7 +14,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, Tally, named
+from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, StatesUnits, Table, Tally, named
 from mcdas_opt.interop.sensor_log import (
     SensorLog,
     Source,
@@ -138,6 +138,8 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
     chosen = asdict(columns)
     optional = [name for name in ("slot", "new_track") if chosen[name] or _there(table.header, _CALLED[name])]
     found = {name: _locate(table, columns.names(name)) for name in ("time_s", *place, "range_rate_mps", *optional)}
+    for name in (*place, "range_rate_mps"):
+        _require_unit(recording, table, found[name][0], columns, name)
     rows: list[Row] = []
     for row in table.rows([index for index, _ in found.values()], bad):
         if math.isfinite(row.values[0]):
@@ -179,6 +181,7 @@ def _host_speed(recording: Recording, columns: Columns) -> Array | None:
         return None
     table = _table(recording, columns.names("host_speed_mps"))
     (time, _), (speed, sign) = _locate(table, columns.names("time_s")), _locate(table, columns.names("host_speed_mps"))
+    _require_unit(recording, table, speed, columns, "host_speed_mps")
     pairs = [(t, sign * v) for t, v in (row.values for row in table.rows([time, speed], Tally())) if math.isfinite(t) and math.isfinite(v)]
     return np.array(increasing(pairs)).reshape(-1, 2)
 
@@ -202,6 +205,15 @@ def _locate(table: Table, names: Sequence[str]) -> tuple[int, float]:
     """Index and factor of a column; a name that itself begins with a minus or a factor is taken as it stands where the file has it."""
     bare, factor = _scaled(names[0])
     return (table.column(*names), 1.0) if bare == names[0] or names[0] in table.header else (table.column(bare), factor)
+
+
+def _require_unit(recording: Recording, table: Table, column: int, columns: Columns, quantity: str) -> None:
+    """Raises `InputError` where the file states a unit that we do not know, unless a factor is given."""
+    name = table.header[column]
+    unit = table.unknown_unit(column) if isinstance(table, StatesUnits) else ""
+    if unit and "*" not in columns.names(quantity)[0].removesuffix(name):
+        rule = f"is no unit that we know: give the factor to SI, --columns {quantity}=FACTOR*{name}"
+        raise InputError(recording.path, f"unit of {name}", unit, rule)
 
 
 def _scaled(name: str) -> tuple[str, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -204,6 +205,46 @@ def test_targets_that_share_a_time_are_rows_of_their_own(scans: list[list[tuple[
     assert (log.good, [len(scan.radar) for scan in log.scans]) == (len(whole), [len(scan) for scan in scans])
     ranges = [point.range_m for scan in log.scans for point in scan.radar]
     np.testing.assert_allclose(ranges, np.where(bad, np.nan, x))
+
+
+def with_units(path: Path, speed: str, azimuth: str, slot: str = "") -> Path:
+    """A target at 20 m, 0.1 to the left in that unit; the host's speed is 36 in that unit."""
+    t = 0.05 * np.arange(20)
+    with MDF(version="4.10") as mdf:
+        values = (("range_m", 20.0, "m"), ("azimuth_rad", 0.1, azimuth), ("range_rate_mps", 0.0, "m/s"), ("slot", 1.0, slot))
+        mdf.append([Signal(samples=np.full(t.size, value), timestamps=t, name=name, unit=unit) for name, value, unit in values])
+        mdf.append(Signal(samples=np.full(t.size, 36.0), timestamps=t, name="host_speed_mps", unit=speed))
+        mdf.save(path, overwrite=True)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("speed", "mps", "azimuth", "rad"),
+    [
+        *((unit, 10.0, "Deg", math.radians(0.1)) for unit in ("km/h", "Km/h", "km/hr", "KPH", "kmph", " KMH", "km·h-1")),
+        *((unit, 16.09344, "°", math.radians(0.1)) for unit in ("mph", "mi/h", "MPH")),
+        ("knots", 18.52, "mrad", 1e-4),
+        *((unit, 36.0, azimuth, 0.1) for unit, azimuth in (("m/s", "rad"), ("M/S", ""), ("", "RAD"), ("m s-1", "radians"))),
+    ],
+)
+def test_units_are_known_however_they_are_spelt(speed: str, mps: float, azimuth: str, rad: float, tmp_path: Path) -> None:
+    log = read_targets(open_recording(with_units(tmp_path / "a.mf4", speed, azimuth, slot="ID"), "mdf4"))
+    assert log.host_speed is not None
+    assert log.host_speed[:, 1] == pytest.approx(mps)
+    assert log.scans[0].radar[0].azimuth_rad == pytest.approx(rad)
+
+
+def test_a_unit_that_nobody_knows_is_refused_by_name_until_a_factor_is_given(tmp_path: Path) -> None:
+    odd = open_recording(with_units(tmp_path / "a.mf4", "furlong/h", "rad"), "mdf4")
+    with pytest.raises(
+        InputError, match=r"a\.mf4: unit of host_speed_mps = 'furlong/h': is no unit that we know: .*host_speed_mps=FACTOR\*h"
+    ):
+        read_targets(odd)
+    log = read_targets(odd, columns={"host_speed_mps": "0.5*host_speed_mps"})
+    assert log.host_speed is not None
+    assert set(log.host_speed[:, 1]) == {18.0}
+    with pytest.raises(InputError, match=r"unit of azimuth_rad = 'gon'"):
+        read_targets(open_recording(with_units(tmp_path / "a.mf4", "m/s", "gon"), "mdf4"))
 
 
 def as_json_messages(path: Path) -> Path:
