@@ -16,6 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_codec import ANGLE, RANGE_RATE, TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
+from mcdas_opt.interop.host_motion import forward
 from mcdas_opt.interop.recordings.recording import Frame, Recording, Tally, listed
 from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, require_clock, usual_period
 from mcdas_opt.simulation.sensors import mounting
@@ -67,7 +68,11 @@ def read_esr(
     gated: dict[str, int] = {}
     arriving = [_scans(sector, items, vehicle, sensor, gated) for sector, items in streams.items()]
     scans, arrivals = in_order_of_arrival(arriving)
-    spoken = [(i.frame.t_s, i.item.speed_mps) for i in next(iter(streams.values())) if isinstance(i.item, EsrMotion)]
+    spoken = [
+        (i.frame.t_s, forward(log.path, i.frame.line, "host speed", i.item.speed_mps))
+        for i in next(iter(streams.values()))
+        if isinstance(i.item, EsrMotion)
+    ]
     speeds = increasing(spoken)
     good = sum(len(items) for items in streams.values())
     host = np.array(speeds) if speeds else None

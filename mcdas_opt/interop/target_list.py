@@ -14,6 +14,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.interop.host_motion import forward
 from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, StatesUnits, Table, Tally, named
 from mcdas_opt.interop.sensor_log import (
     SensorLog,
@@ -182,7 +183,11 @@ def _host_speed(recording: Recording, columns: Columns) -> Array | None:
     table = _table(recording, columns.names("host_speed_mps"))
     (time, _), (speed, sign) = _locate(table, columns.names("time_s")), _locate(table, columns.names("host_speed_mps"))
     _require_unit(recording, table, speed, columns, "host_speed_mps")
-    pairs = [(t, sign * v) for t, v in (row.values for row in table.rows([time, speed], Tally())) if math.isfinite(t) and math.isfinite(v)]
+    pairs = []
+    for row in table.rows([time, speed], Tally()):
+        t, v = row.values
+        if math.isfinite(t) and math.isfinite(v):
+            pairs.append((t, forward(recording.path, row.line, table.header[speed], sign * v)))
     return np.array(increasing(pairs)).reshape(-1, 2)
 
 

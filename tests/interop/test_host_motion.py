@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.interop.host_motion import HostMotion
+from mcdas_opt.interop.host_motion import HostMotion, LiveHost
 
 speeds = st.lists(st.floats(0.0, 40.0), min_size=2, max_size=12)
 
@@ -53,6 +53,17 @@ def test_time_s_and_other_columns_are_understood(tmp_path: Path) -> None:
     np.testing.assert_array_equal(HostMotion.read(path).speed_mps, [8.0, 9.0])
 
 
+@given(st.lists(st.floats(-0.3, 0.0), min_size=2, max_size=9))
+def test_the_noise_of_a_car_that_stands_is_no_speed(tmp_path_factory: pytest.TempPathFactory, said: list[float]) -> None:
+    path = tmp_path_factory.mktemp("csv") / "host.csv"
+    path.write_text("t_s,speed_mps\n" + "".join(f"{0.1 * k},{v}\n" for k, v in enumerate(said)))
+    assert set(HostMotion.read(path).speed_mps) == {0.0}
+    live = LiveHost(Road(), Vehicle())
+    for k, v in enumerate(said):
+        live.note(0.1 * k, v)
+    assert (live.state(0.1 * len(said)).speed_mps, live.state(0.1 * len(said)).s_m) == (0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -62,6 +73,7 @@ def test_time_s_and_other_columns_are_understood(tmp_path: Path) -> None:
         ("t_s,speed_mps\n0,1\n1\n", "line 3: not 2 cells"),
         ("t_s,speed_mps\n0,1\n1,nan\n", "line 3: t_s, speed_mps: must be finite"),
         ("t_s,speed_mps\n0,1\n0,1\n", "line 3: t_s = 0.0: must increase"),
+        ("t_s,speed_mps\n0,1\n1,-0.31\n", r"line 3: speed_mps = -0\.31: reverses, and reversing is not driven"),
         ("t_s,speed_mps\n0,1\n1,130\n", "line 3: speed_mps = 130.0: exceeds 100 m/s .*not km/h"),
     ],
 )
@@ -93,7 +105,8 @@ def test_a_speed_is_known_a_second_from_where_it_is_said_and_no_farther(steps: l
 
 
 @pytest.mark.parametrize(
-    ("t_s", "speed_mps"), [([0.0, 0.0], [1.0, 1.0]), ([0.0], [1.0]), ([0.0, 1.0], [1.0]), ([0.0, 1.0], [1.0, math.nan])]
+    ("t_s", "speed_mps"),
+    [([0.0, 0.0], [1.0, 1.0]), ([0.0], [1.0]), ([0.0, 1.0], [1.0]), ([0.0, 1.0], [1.0, math.nan]), ([0.0, 1.0], [1.0, -0.1])],
 )
 def test_times_increase_and_every_time_has_a_speed(t_s: list[float], speed_mps: list[float]) -> None:
     with pytest.raises(ParameterError):

@@ -79,6 +79,15 @@ def test_targets_in_an_even_row_need_slots(tmp_path: Path) -> None:
         read_targets(CsvTable(path), columns={"time_s": "t"})
 
 
+def test_a_speed_below_zero_is_noise_or_names_its_line(tmp_path: Path) -> None:
+    header = "time_s,slot,x_m,y_m,range_rate_mps,host_speed_mps"
+    log = read_targets(CsvTable(table(tmp_path, "0,1,10,0,0,0.1", "0.1,1,10,0,0,-0.02", header=header)))
+    assert log.host_speed is not None
+    assert log.host_speed.tolist() == [[0.0, 0.1], [0.1, 0.0]]
+    with pytest.raises(InputError, match=r"radar\.csv: line 3: host_speed_mps = -2\.0: reverses, and reversing is not driven"):
+        read_targets(CsvTable(table(tmp_path, "0,1,10,0,0,0.1", "0.1,1,10,0,0,-2", header=header)))
+
+
 def test_bad_rows_are_counted_by_kind_with_their_first_line(tmp_path: Path) -> None:
     rows = ["0,1,10,0,0,0", "0.1,1,ten,0,0,0", "0.2,1,10,0", "nan,1,10,0,0,0", ",1,10,0,0,0", "0.3,1,10,0,,0", "0.4,1,nan,0,0,0"]
     log = read_targets(CsvTable(table(tmp_path, *rows)))
