@@ -92,9 +92,10 @@ def test_a_log_outside_the_speeds_is_refused() -> None:
             motion.require(np.array(span))
 
 
-@given(st.lists(st.floats(0.1, 5.0), min_size=1, max_size=8), st.floats(0.0, 1.0))
-def test_a_speed_is_known_a_second_from_where_it_is_said_and_no_farther(steps: list[float], share: float) -> None:
-    said = np.concatenate([[0.0], np.cumsum(steps)])
+@given(st.lists(st.floats(2.5, 60.0), min_size=1, max_size=4), st.floats(0.0, 1.0))
+def test_a_hole_is_where_no_speed_is_said_for_longer_than_usual(holes: list[float], share: float) -> None:
+    """A speed every 0.1 s, and holes between ten of them each."""
+    said = np.cumsum(np.concatenate([[0.0], *([0.1] * 10 + [hole] for hole in holes)]))
     motion = HostMotion(t_s=said, speed_mps=np.ones(said.size), source="host.csv")
     time = share * said[-1]
     away = float(np.min(np.abs(said - time)))
@@ -102,6 +103,14 @@ def test_a_speed_is_known_a_second_from_where_it_is_said_and_no_farther(steps: l
     if away > 1.0 + 1e-9:
         with pytest.raises(InputError, match=r"host\.csv: t_s: says nothing between .* s and .* s, where the log has scans"):
             motion.require(np.array([time]))
+
+
+@given(st.floats(0.1, 60.0), st.floats(-1.0, 1.0))
+def test_who_writes_few_speeds_means_what_lies_between(step: float, share: float) -> None:
+    motion = HostMotion(t_s=np.array([0.0, step]), speed_mps=np.array([15.0, 15.0]))
+    motion.require(np.array([0.5 * step + share * (0.5 * step + 1.0)]))
+    with pytest.raises(InputError, match=r"the log needs"):
+        motion.require(np.array([step + 1.1]))
 
 
 @pytest.mark.parametrize(
