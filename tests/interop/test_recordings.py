@@ -334,6 +334,20 @@ def test_a_clock_that_stands_or_counts_otherwise_is_told_as_that(
         replay(path, plan=False, columns={"time_s": "stamp", "host_speed_mps": "ego"})
 
 
+def test_a_radar_that_sees_nobody_for_long_is_known_by_its_first_target(tmp_path: Path) -> None:
+    """An empty road for 30 s, and two other topics of which one never fills its list."""
+    with mcap_writer(tmp_path / "late.mcap") as writer:
+        schema = writer.register_schema(name="radar", encoding="jsonschema", data=b"{}")
+        topics = [writer.register_channel(topic, "json", schema) for topic in ("/radar", "/ego", "/faults")]
+        for k in range(640):
+            targets = [{"x_m": 30.0, "y_m": 0.0, "range_rate_mps": 0.0}] if k >= 600 else []
+            for topic, document in zip(topics, ({"targets": targets}, {"host_speed_mps": 10.0}, {"faults": []}), strict=True):
+                stamp = k * NS // 20
+                writer.add_message(topic, log_time=stamp, publish_time=stamp, data=json.dumps(document).encode())
+    done = replay(tmp_path / "late.mcap", plan=False)
+    assert (done.summary.scans, done.summary.detections, done.summary.tracks_started) == (640, 40, 1)
+
+
 def test_two_radars_of_one_name_are_told_apart(tmp_path: Path) -> None:
     with mcap_writer(tmp_path / "two.mcap") as writer:
         schema = writer.register_schema(name="radar", encoding="jsonschema", data=b"{}")
