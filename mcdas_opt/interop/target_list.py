@@ -15,6 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.interop.host_motion import forward
+from mcdas_opt.interop.recordings.csv_table import CsvTable
 from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, StatesUnits, Table, Tally, named
 from mcdas_opt.interop.sensor_log import (
     SensorLog,
@@ -50,9 +51,9 @@ class Columns:
     """Which channel of the recording holds what; a leading minus turns the sign (`y_m=-right_m`), a factor scales
     (`range_rate_mps=0.27778*v_kmh`). Empty: by its own name.
 
-    x ahead of the radar, y to the left [m], or range [m] and azimuth [rad], ISO 8855; range rate positive when opening [m/s]. `slot` tells
-    the targets of one cycle apart and `new_track` (1: the slot now holds another target) their lives; `host_speed_mps` may stand in
-    another table of the recording. The last three may be missing.
+    x ahead of the radar, y to the left [m], or range [m] and azimuth [rad], ISO 8855; range rate positive when opening [m/s]. `slot` (a
+    number, in a CSV any text) tells the targets of one cycle apart and `new_track` (1: the slot now holds another target) their lives;
+    `host_speed_mps` may stand in another table of the recording. The last three may be missing.
     """
 
     time_s: str = ""
@@ -107,7 +108,7 @@ def read_targets(
 
     Rows without a time, or with text where a number belongs, are left out and counted; other empty or NaN cells become NaN in the
     detection, which the tracker gates; a row with a time alone is a scan that saw nothing. Raises `InputError` for a missing channel
-    (the nearest one named, and all there are) or a table without a row.
+    (the nearest one named, and all there are) or a table of which no row can be read.
     """
     if columns is not None and not isinstance(columns, Columns):
         columns = Columns.parse(",".join(f"{name}={column}" for name, column in columns.items()))
@@ -141,6 +142,8 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
     found = {name: _locate(table, columns.names(name)) for name in ("time_s", *place, "range_rate_mps", *optional)}
     for name in (*place, "range_rate_mps"):
         _require_unit(recording, table, found[name][0], columns, name)
+    if "slot" in found and isinstance(table, CsvTable):
+        table = table.numbered(found["slot"][0])
     rows: list[Row] = []
     for row in table.rows([index for index, _ in found.values()], bad):
         if math.isfinite(row.values[0]):
@@ -148,12 +151,14 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
         else:
             bad.add(f"{columns.names('time_s')[0]} is not finite", row.line)
     if not rows:
-        raise InputError(recording.path, "", None, "holds no row with a time")
+        said = [f"{kind} ({entry['count']}, first in line {entry['first_line']})" for kind, entry in bad.to_document().items()]
+        raise InputError(recording.path, "", None, f"holds no row that can be read: {', '.join(said) or 'it is empty'}")
     read = [{name: sign * value for (name, (_, sign)), value in zip(found.items(), row.values, strict=True)} for row in rows]
     stamps = [values["time_s"] for values in read]
     require_clock(recording.path, table.header[found["time_s"][0]], stamps, [row.line for row in rows])
     keys = [values.get("slot", row.line) for values, row in zip(read, rows, strict=True)]
-    period = usual_period(stamps, keys) if "slot" in found else period_without_slots(stamps)
+    slotted = any(not math.isnan(values.get("slot", math.nan)) for values in read)
+    period = usual_period(stamps, keys) if slotted else period_without_slots(stamps)
     if period is None:
         rule = (
             "has a time of its own for each target, and does not show where a cycle ends: name what tells the targets of a cycle apart "

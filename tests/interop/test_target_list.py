@@ -79,6 +79,16 @@ def test_targets_in_an_even_row_need_slots(tmp_path: Path) -> None:
         read_targets(CsvTable(path), columns={"time_s": "t"})
 
 
+@given(st.lists(st.sampled_from(["", "A1", "b 2", "7", "7.0", "nan"]), min_size=1, max_size=8))
+def test_a_slot_may_be_called_anything(tmp_path_factory: pytest.TempPathFactory, names: list[str]) -> None:
+    """Names are told apart by their letters, numbers by what they are; nameless targets are each their own."""
+    rows = [f"{0.05 * k},{name},{20 + j},0,0,0" for k in range(3) for j, name in enumerate(dict.fromkeys(names))]
+    log = read_targets(CsvTable(table(tmp_path_factory.mktemp("csv"), *rows)))
+    assert (log.good, log.bad.total) == (len(rows), 0)
+    same = {"7", "7.0"} <= set(names) <= {"", "7", "7.0", "nan"}
+    assert same or [len(scan.radar) for scan in log.scans] == [len(rows) // 3] * 3
+
+
 def test_a_speed_below_zero_is_noise_or_names_its_line(tmp_path: Path) -> None:
     header = "time_s,slot,x_m,y_m,range_rate_mps,host_speed_mps"
     log = read_targets(CsvTable(table(tmp_path, "0,1,10,0,0,0.1", "0.1,1,10,0,0,-0.02", header=header)))
@@ -134,7 +144,8 @@ def test_a_column_that_is_not_there_is_named(tmp_path: Path, columns: str, messa
     [
         ("", "header line and rows"),
         (HEADER + "\n", "header line and rows"),
-        (HEADER + "\nnan,1,2,3,4,5\n", "no row with a time"),
+        (HEADER + "\nnan,1,2,3,4,5\n", r"holds no row that can be read: time_s is not finite \(1, first in line 2\)"),
+        (HEADER + "\n0,A,near,3,4,5\n1,A,far,3,4,5\n", r"holds no row that can be read: x_m is no number \(2, first in line 2\)"),
         ("time_s,x_m,y_m\n0,1,2\n", "'range_rate_mps or doppler_velocity': no such column; there are: time_s, x_m, y_m$"),
         ("time_s,x_m,x_m\n0,1,2\n", "two columns of this name"),
     ],
