@@ -71,15 +71,21 @@ class Columns:
         """From `time_s=t,x_m=dx`. Raises `InputError` for an unknown or repeated name or a part that is no pair."""
         chosen: dict[str, str] = {}
         for part in filter(None, (p.strip() for p in text.split(","))):
-            name, sign, column = (p.strip() for p in part.partition("="))
-            bare, factor = _scaled(column)
-            if not sign or not bare or not 0.0 < abs(factor) < math.inf:
-                raise InputError("--columns", part, None, "must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR*COLUMN")
-            if name not in _CALLED:
-                raise InputError("--columns", name, column, f"unknown name; {nearest(name, _CALLED)}")
+            name, _, column = (p.strip() for p in part.partition("="))
             if name in chosen:
                 raise InputError("--columns", name, column, "given twice")
             chosen[name] = column
+        return cls.of(chosen, "--columns")
+
+    @classmethod
+    def of(cls, chosen: Mapping[str, str], said: str = "columns") -> Columns:
+        """From `{"time_s": "t", "x_m": "dx"}`. Raises `InputError` for a name or a column that is none; `said` is where they stand."""
+        for name, column in chosen.items():
+            bare, factor = _scaled(column) if isinstance(column, str) else ("", 1.0)
+            if not bare or not 0.0 < abs(factor) < math.inf:
+                raise InputError(said, str(name), column or None, "must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR*COLUMN")
+            if name not in _CALLED:
+                raise InputError(said, str(name), column, f"unknown name; {nearest(str(name), _CALLED)}")
         return cls(**chosen)
 
     def names(self, quantity: str) -> tuple[str, ...]:
@@ -111,7 +117,7 @@ def read_targets(
     (the nearest one named, and all there are) or a table of which no row can be read.
     """
     if columns is not None and not isinstance(columns, Columns):
-        columns = Columns.parse(",".join(f"{name}={column}" for name, column in columns.items()))
+        columns = Columns.of(columns)
     columns = columns or Columns()
     front, streams = _read(recording, columns, vehicle, Sector.FRONT)
     if rear is None:

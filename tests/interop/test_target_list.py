@@ -116,7 +116,7 @@ def test_bad_rows_are_counted_by_kind_with_their_first_line(tmp_path: Path) -> N
     ("text", "message"),
     [
         ("x_m", "--columns: x_m: must be NAME=COLUMN"),
-        ("x_m=", "--columns: x_m=: must be NAME=COLUMN"),
+        ("x_m=", "--columns: x_m: must be NAME=COLUMN"),
         ("xm=a", "xm = 'a': unknown name; did you mean 'x_m'"),
         ("x_m=a,x_m=b", "x_m = 'b': given twice"),
     ],
@@ -183,3 +183,13 @@ def test_a_factor_scales_and_a_column_of_that_name_is_taken_as_it_stands(tmp_pat
     for wrong in ("0*kmh", "2*", "9" * 400 + "*kmh"):
         with pytest.raises(InputError, match=r"must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR\*COLUMN"):
             Columns.parse(text.format(wrong))
+
+
+def test_a_mapping_takes_column_names_that_hold_commas_and_equal_signs(tmp_path: Path) -> None:
+    path = table(tmp_path, "0,10,2,-1", "0.1,9.9,2,-1", header='t,"x, m","y=left, m",rate')
+    columns = {"time_s": "t", "x_m": "x, m", "y_m": "-y=left, m", "range_rate_mps": "rate"}
+    log = read_targets(CsvTable(path), columns=columns)
+    assert [scan.radar[0].azimuth_rad for scan in log.scans] == [math.atan2(-2.0, 10.0), math.atan2(-2.0, 9.9)]
+    for wrong, message in (({"xm": "t"}, "columns: xm = 't': unknown name"), ({"x_m": 3}, "columns: x_m = 3: must be NAME=COLUMN")):
+        with pytest.raises(InputError, match=message):
+            read_targets(CsvTable(path), columns=wrong)  # type: ignore[arg-type]
