@@ -86,6 +86,7 @@ def _print(summary: Summary, comparison: Comparison | None, log: str) -> None:
     bad = ", ".join(f"{entry['count']} {kind} (first in line {entry['first_line']})" for kind, entry in summary.bad.items())
     left_out = {**summary.gated, **{k: v for k, v in summary.tracker.items() if v and k not in ("scans", "associated", "initiated")}}
     rows: list[tuple[str, object]] = [
+        *((f"{sector} radar", where) for sector, where in summary.radars.items()),
         ("cycles", f"{summary.cycles}, {summary.span()}"),
         ("frames", f"{summary.frames_good} good, {summary.frames_bad} bad, {summary.frames_other} other"),
         ("bad", bad or "-"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,8 +16,9 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_codec import ANGLE, RANGE_RATE, TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
+from mcdas_opt.interop.host_motion import forward
 from mcdas_opt.interop.recordings.recording import Frame, Recording, Tally, listed
-from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, require_clock, usual_period
 from mcdas_opt.simulation.sensors import mounting
 from mcdas_opt.simulation.sight import echo
 
@@ -33,8 +35,8 @@ def read_esr(
 ) -> SensorLog:
     """Scans of a front ESR and, where there is one, of a rear ESR: in a file of its own, or on a second bus of the same file.
 
-    Of two buses in one file the first by name is the front radar's. Both radars sit in the middle of their bumper. A slot whose
-    status says that the radar did not see its target in this cycle is gated and counted; bad frames are left out and counted.
+    Of two buses in one file the first by name is the front radar's, can2 before can10. Both radars sit in the middle of their bumper.
+    A slot whose status says that the radar did not see its target in this cycle is gated and counted; bad frames are left out and counted.
     The standard deviations are those of `sensor` (default the shipped `delphi_esr`): the CAN interface carries none.
 
     Raises `InputError` for a recording that carries no CAN, holds none of the radar's frames, or holds more than two buses with
@@ -43,7 +45,7 @@ def read_esr(
     codec = EsrCodec(dbc=dbc)
     vehicle, sensor = vehicle or Vehicle(), sensor or load_sensor("delphi_esr")
     first, bad, other = _decoded(log, codec, dbc)
-    buses = sorted({item.frame.channel for item in first})
+    buses = _buses(first)
     if len(buses) > (2 if rear is None else 1):
         rule = "at most a front and a rear bus may carry ESR tracks" if rear is None else "a log of two buses and --rear exclude each other"
         raise InputError(log.path, "bus", ", ".join(buses), rule)
@@ -54,21 +56,30 @@ def read_esr(
     tally.absorb(bad, "" if rear is None else "front: ")
     if rear is not None:
         second, bad, more = _decoded(rear, codec, dbc)
-        buses = sorted({item.frame.channel for item in second})
+        buses = _buses(second)
         if len(buses) > 1:
             raise InputError(rear.path, "bus", ", ".join(buses), "the rear log must hold one bus with ESR tracks")
         streams[Sector.REAR] = second
         tally.absorb(bad, "rear: ")
         other += more
+    files = {sector: log.path if rear is None or sector is Sector.FRONT else rear.path for sector in streams}
+    for sector, items in streams.items():
+        require_clock(files[sector], "time", [i.frame.t_s for i in items], [i.frame.line for i in items])
     gated: dict[str, int] = {}
     arriving = [_scans(sector, items, vehicle, sensor, gated) for sector, items in streams.items()]
     scans, arrivals = in_order_of_arrival(arriving)
-    spoken = [(i.frame.t_s, i.item.speed_mps) for i in next(iter(streams.values())) if isinstance(i.item, EsrMotion)]
+    spoken = [
+        (i.frame.t_s, forward(log.path, i.frame.line, "host speed", i.item.speed_mps))
+        for i in next(iter(streams.values()))
+        if isinstance(i.item, EsrMotion)
+    ]
     speeds = increasing(spoken)
     good = sum(len(items) for items in streams.values())
     host = np.array(speeds) if speeds else None
-    files = {sector: log.path if rear is None or sector is Sector.FRONT else rear.path for sector in streams}
-    sources = {sector: Source(file=str(file), range_rate=RANGE_RATE, bearing=ANGLE) for sector, file in files.items()}
+    sources = {
+        sector: Source(file=str(file), bus=streams[sector][0].frame.channel, range_rate=RANGE_RATE, bearing=ANGLE)
+        for sector, file in files.items()
+    }
     return SensorLog(scans=scans, arrivals_s=arrivals, good=good, bad=tally, other=other, gated=gated, host_speed=host, sources=sources)
 
 
@@ -138,6 +149,11 @@ def _decoded(recording: Recording, codec: EsrCodec, dbc: str | Path | None) -> t
         source = "the shipped DBC" if dbc is None else str(dbc)
         raise InputError(recording.path, "", None, f"holds no ESR track frame (0x500 to 0x53F by {source}); {listed(recording.channels)}")
     return items, bad, other
+
+
+def _buses(items: list[_Decoded]) -> list[str]:
+    """By name, numbers in it as numbers."""
+    return sorted({i.frame.channel for i in items}, key=lambda bus: [int(p) if p.isdecimal() else p for p in re.split(r"(\d+)", bus)])
 
 
 def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sensor, gated: dict[str, int]) -> list[tuple[float, Scan]]:

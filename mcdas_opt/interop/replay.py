@@ -62,11 +62,12 @@ def replay(
     CSV of the host's speed (or that name); without it the recording's own is taken.
 
     The host keeps to the middle of its lane. `road` is a scene whose road and vehicle are used; default one straight lane, so that there
-    is nowhere to steer out to, and a sedan. Sectors without a log are not covered, that is occupied. Where no radar is heard for SILENT_S
-    nothing is planned until the next scan. `progress(done, of)` is called every cycle.
+    is nowhere to steer out to, and a sedan. Sectors without a log are not covered, that is occupied. Where no radar is heard for
+    SILENT_S, or neither a radar nor a speed for a second, nothing is planned until the next scan. `progress(done, of)` is called every
+    cycle.
 
-    Raises `InputError` where a file is unusable or has not the channels (it lists those that there are), the host's speed is unknown or
-    does not cover the log, signs or units are plainly wrong (`interop.log_check`), or an option belongs to another kind of recording;
+    Raises `InputError` where a file is unusable or has not the channels (it lists those that there are), the host's speed is unknown, at
+    any time of a scan, signs or units are plainly wrong (`interop.log_check`), or an option belongs to another kind of recording;
     `MissingExtraError` for what a format needs.
     """
     require_type("log", log, str, Path)
@@ -80,8 +81,8 @@ def replay(
     motion = _motion(log, host, recording)
     lane = road.assumed_road if road is not None else Road()
     settings = settings or Settings()
-    times = _cycle_times(log, recording, settings.cycle_s)
-    motion.require(times[0], times[-1])
+    times = _cycle_times(log, recording, motion, settings.cycle_s)
+    motion.require(np.unique(recording.arrivals_s))
     check_log(recording, motion)
     brain = Planner(vehicle, planner, settings=settings, road=lane) if plan else None
     tracker = brain.tracker if brain is not None else Tracker()
@@ -150,8 +151,9 @@ def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> H
     return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: host speed")
 
 
-def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[float]:
-    """Times of the cycles, from the first scan's arrival to the last one's, without those that have had no scan for SILENT_S."""
+def _cycle_times(log: str | Path, recording: SensorLog, motion: HostMotion, cycle_s: float) -> list[float]:
+    """Times of the cycles, from the first scan's arrival to the last one's, without those that have had no scan for SILENT_S, or no scan
+    and no speed."""
     arrivals = np.unique(np.asarray(recording.arrivals_s, dtype=np.float64))
     first, last = float(arrivals[0]), float(arrivals[-1])
     if last - first > LONGEST_S:
@@ -165,7 +167,8 @@ def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[
     count = math.ceil((last - first) / cycle_s - 1e-6) + 1
     times = np.array([round(first + k * cycle_s, 9) for k in range(count)])
     before = arrivals[np.searchsorted(arrivals, times + 1e-9, side="right") - 1]
-    kept: list[float] = times[times - before <= SILENT_S].tolist()
+    silent_s = times - before
+    kept: list[float] = times[(silent_s <= SILENT_S) & (motion.known(times) | (silent_s <= cycle_s))].tolist()
     return kept
 
 
@@ -226,4 +229,5 @@ def _summary(
         statuses=dict(sorted(statuses.items())),
         modes=dict(sorted(modes.items())),
         cycle_ms=CycleTimes.of(taken),
+        radars={sector.value: f"{Path(one.file).name} {one.bus}".rstrip() for sector, one in recording.sources.items()},
     )

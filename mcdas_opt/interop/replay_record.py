@@ -94,6 +94,7 @@ class Summary:
     `tracker`: what the tracker counted. `sensor_pieces`: how many targets the sensor itself told apart. `tracks_started`
     and `tracks_ended` count confirmed tracks. `covered`: share of the cycles in which a working sensor watched the sector.
     `modes` and `statuses` count cycles; `cycles_left_out` are those in which no radar had been heard for long, and nothing was done.
+    `radars`: the file, and the bus, of each sector's radar.
     """
 
     cycles: int
@@ -118,6 +119,7 @@ class Summary:
     modes: dict[str, int] = field(default_factory=dict)
     cycle_ms: CycleTimes = field(default_factory=CycleTimes)
     cycles_left_out: int = 0
+    radars: dict[str, str] = field(default_factory=dict)
 
     def span(self) -> str:
         """How long it is, and from when on, also where that is counted from 1970."""

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
 from statistics import median
 
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.rules import Array, floats
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.recordings.recording import Tally
+
+SHORTEST_S = 0.01  # no radar's cycle is shorter
+_LATE_S = 0.5  # a record may come so much later than newer ones, and others for so long
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source:
-    """Where a radar's numbers stand, for messages: the file, and what it calls the range rate and the azimuth (or x)."""
+    """Where a radar's numbers stand, for messages: the file, its bus there, and what it calls the range rate and the azimuth (or x)."""
 
     file: str = "recording"
+    bus: str = ""
     range_rate: str = "range_rate_mps"
     bearing: str = "azimuth_rad"
 
@@ -65,6 +72,20 @@ class SensorLog:
         return sum(len(scan.radar) for scan in self.scans)
 
 
+def require_clock(path: str | Path, key: str, stamps: Sequence[float], lines: Sequence[int]) -> None:
+    """Raises `InputError` with the line from which on a clock runs that was set back: what follows would all be too late. A few late
+    records are none."""
+    latest, back = -math.inf, None
+    for k, stamp in enumerate(stamps):
+        if stamp >= latest - _LATE_S:
+            latest, back = max(latest, stamp), None
+        elif back is None:
+            back = k
+        elif stamp > stamps[back] + _LATE_S:
+            rule = f"goes back by {latest - stamps[back]:.3f} s, and on from there: split the recording where its clock was set, or sort it"
+            raise InputError(path, f"line {lines[back]}: {key}", stamps[back], rule)
+
+
 def usual_period(stamps: Sequence[float], keys: Sequence[Hashable]) -> float:
     """Median time [s] between two records of the same key (a CAN identifier, a track slot); 0.1 s where none comes twice."""
     last: dict[Hashable, float] = {}
@@ -74,6 +95,18 @@ def usual_period(stamps: Sequence[float], keys: Sequence[Hashable]) -> float:
             steps.append(stamp - last[key])
         last[key] = stamp
     return round(median(steps), 6) if steps else 0.1
+
+
+def period_without_slots(stamps: Sequence[float]) -> float | None:
+    """Median time [s] between cycles of records that no key tells apart: of one cycle are those that follow one another faster than any
+    radar. None where those then last for more than half a period, so that nobody can tell where a cycle ends."""
+    period = usual_period(stamps, [0] * len(stamps))
+    if period >= SHORTEST_S:
+        return period
+    firsts = [stamp for before, stamp in pairwise([-math.inf, *stamps]) if stamp - before >= SHORTEST_S]
+    period = usual_period(firsts, [0] * len(firsts))
+    begun = [firsts[max(bisect_right(firsts, stamp) - 1, 0)] for stamp in stamps]
+    return period if max(stamp - first for stamp, first in zip(stamps, begun, strict=True)) <= 0.5 * period else None
 
 
 def cycles(stamps: Sequence[float], keys: Sequence[Hashable], period_s: float) -> list[list[int]]:

@@ -14,8 +14,19 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, Tally, named
-from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
+from mcdas_opt.interop.host_motion import forward
+from mcdas_opt.interop.recordings.csv_table import CsvTable
+from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, StatesUnits, Table, Tally, named
+from mcdas_opt.interop.sensor_log import (
+    SensorLog,
+    Source,
+    cycles,
+    in_order_of_arrival,
+    increasing,
+    period_without_slots,
+    require_clock,
+    usual_period,
+)
 from mcdas_opt.simulation.sensors import mounting
 
 TIME_NAMES = (TIME, "t_s")
@@ -40,9 +51,9 @@ class Columns:
     """Which channel of the recording holds what; a leading minus turns the sign (`y_m=-right_m`), a factor scales
     (`range_rate_mps=0.27778*v_kmh`). Empty: by its own name.
 
-    x ahead of the radar, y to the left [m], or range [m] and azimuth [rad], ISO 8855; range rate positive when opening [m/s]. `slot` tells
-    the targets of one cycle apart and `new_track` (1: the slot now holds another target) their lives; `host_speed_mps` may stand in
-    another table of the recording. The last three may be missing.
+    x ahead of the radar, y to the left [m], or range [m] and azimuth [rad], ISO 8855; range rate positive when opening [m/s]. `slot` (a
+    number, in a CSV any text) tells the targets of one cycle apart and `new_track` (1: the slot now holds another target) their lives;
+    `host_speed_mps` may stand in another table of the recording. The last three may be missing.
     """
 
     time_s: str = ""
@@ -60,15 +71,21 @@ class Columns:
         """From `time_s=t,x_m=dx`. Raises `InputError` for an unknown or repeated name or a part that is no pair."""
         chosen: dict[str, str] = {}
         for part in filter(None, (p.strip() for p in text.split(","))):
-            name, sign, column = (p.strip() for p in part.partition("="))
-            bare, factor = _scaled(column)
-            if not sign or not bare or not 0.0 < abs(factor) < math.inf:
-                raise InputError("--columns", part, None, "must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR*COLUMN")
-            if name not in _CALLED:
-                raise InputError("--columns", name, column, f"unknown name; {nearest(name, _CALLED)}")
+            name, _, column = (p.strip() for p in part.partition("="))
             if name in chosen:
                 raise InputError("--columns", name, column, "given twice")
             chosen[name] = column
+        return cls.of(chosen, "--columns")
+
+    @classmethod
+    def of(cls, chosen: Mapping[str, str], said: str = "columns") -> Columns:
+        """From `{"time_s": "t", "x_m": "dx"}`. Raises `InputError` for a name or a column that is none; `said` is where they stand."""
+        for name, column in chosen.items():
+            bare, factor = _scaled(column) if isinstance(column, str) else ("", 1.0)
+            if not bare or not 0.0 < abs(factor) < math.inf:
+                raise InputError(said, str(name), column or None, "must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR*COLUMN")
+            if name not in _CALLED:
+                raise InputError(said, str(name), column, f"unknown name; {nearest(str(name), _CALLED)}")
         return cls(**chosen)
 
     def names(self, quantity: str) -> tuple[str, ...]:
@@ -97,10 +114,10 @@ def read_targets(
 
     Rows without a time, or with text where a number belongs, are left out and counted; other empty or NaN cells become NaN in the
     detection, which the tracker gates; a row with a time alone is a scan that saw nothing. Raises `InputError` for a missing channel
-    (the nearest one named, and all there are) or a table without a row.
+    (the nearest one named, and all there are) or a table of which no row can be read.
     """
     if columns is not None and not isinstance(columns, Columns):
-        columns = Columns.parse(",".join(f"{name}={column}" for name, column in columns.items()))
+        columns = Columns.of(columns)
     columns = columns or Columns()
     front, streams = _read(recording, columns, vehicle, Sector.FRONT)
     if rear is None:
@@ -129,6 +146,10 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
     chosen = asdict(columns)
     optional = [name for name in ("slot", "new_track") if chosen[name] or _there(table.header, _CALLED[name])]
     found = {name: _locate(table, columns.names(name)) for name in ("time_s", *place, "range_rate_mps", *optional)}
+    for name in (*place, "range_rate_mps"):
+        _require_unit(recording, table, found[name][0], columns, name)
+    if "slot" in found and isinstance(table, CsvTable):
+        table = table.numbered(found["slot"][0])
     rows: list[Row] = []
     for row in table.rows([index for index, _ in found.values()], bad):
         if math.isfinite(row.values[0]):
@@ -136,11 +157,20 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
         else:
             bad.add(f"{columns.names('time_s')[0]} is not finite", row.line)
     if not rows:
-        raise InputError(recording.path, "", None, "holds no row with a time")
+        said = [f"{kind} ({entry['count']}, first in line {entry['first_line']})" for kind, entry in bad.to_document().items()]
+        raise InputError(recording.path, "", None, f"holds no row that can be read: {', '.join(said) or 'it is empty'}")
     read = [{name: sign * value for (name, (_, sign)), value in zip(found.items(), row.values, strict=True)} for row in rows]
     stamps = [values["time_s"] for values in read]
+    require_clock(recording.path, table.header[found["time_s"][0]], stamps, [row.line for row in rows])
     keys = [values.get("slot", row.line) for values, row in zip(read, rows, strict=True)]
-    period = usual_period(stamps, keys) if "slot" in found else usual_period(stamps, [0] * len(stamps))
+    slotted = any(not math.isnan(values.get("slot", math.nan)) for values in read)
+    period = usual_period(stamps, keys) if slotted else period_without_slots(stamps)
+    if period is None:
+        rule = (
+            "has a time of its own for each target, and does not show where a cycle ends: name what tells the targets of a cycle apart "
+            "(--columns slot=...), or give them one time"
+        )
+        raise InputError(recording.path, table.header[found["time_s"][0]], None, rule)
     mounted = mounting(sector, vehicle or Vehicle())
     stream = []
     for group in cycles(stamps, keys, period):
@@ -163,7 +193,12 @@ def _host_speed(recording: Recording, columns: Columns) -> Array | None:
         return None
     table = _table(recording, columns.names("host_speed_mps"))
     (time, _), (speed, sign) = _locate(table, columns.names("time_s")), _locate(table, columns.names("host_speed_mps"))
-    pairs = [(t, sign * v) for t, v in (row.values for row in table.rows([time, speed], Tally())) if math.isfinite(t) and math.isfinite(v)]
+    _require_unit(recording, table, speed, columns, "host_speed_mps")
+    pairs = []
+    for row in table.rows([time, speed], Tally()):
+        t, v = row.values
+        if math.isfinite(t) and math.isfinite(v):
+            pairs.append((t, forward(recording.path, row.line, table.header[speed], sign * v)))
     return np.array(increasing(pairs)).reshape(-1, 2)
 
 
@@ -186,6 +221,15 @@ def _locate(table: Table, names: Sequence[str]) -> tuple[int, float]:
     """Index and factor of a column; a name that itself begins with a minus or a factor is taken as it stands where the file has it."""
     bare, factor = _scaled(names[0])
     return (table.column(*names), 1.0) if bare == names[0] or names[0] in table.header else (table.column(bare), factor)
+
+
+def _require_unit(recording: Recording, table: Table, column: int, columns: Columns, quantity: str) -> None:
+    """Raises `InputError` where the file states a unit that we do not know, unless a factor is given."""
+    name = table.header[column]
+    unit = table.unknown_unit(column) if isinstance(table, StatesUnits) else ""
+    if unit and "*" not in columns.names(quantity)[0].removesuffix(name):
+        rule = f"is no unit that we know: give the factor to SI, --columns {quantity}=FACTOR*{name}"
+        raise InputError(recording.path, f"unit of {name}", unit, rule)
 
 
 def _scaled(name: str) -> tuple[str, float]:

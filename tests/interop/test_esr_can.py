@@ -221,6 +221,15 @@ def test_the_first_bus_by_name_is_the_front(tmp_path: Path) -> None:
     assert esr(path).scans == log.scans
 
 
+def test_buses_are_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    log = esr(two_buses(tmp_path))
+    path = tmp_path / "b.log"
+    path.write_text(two_buses(tmp_path).read_text().replace("can1", "can10").replace("can0", "can2"))
+    renamed = esr(path)
+    assert renamed.scans == log.scans
+    assert {sector: source.bus for sector, source in renamed.sources.items()} == {Sector.FRONT: "can2", Sector.REAR: "can10"}
+
+
 def test_two_buses_and_a_rear_log_exclude_each_other(tmp_path: Path) -> None:
     both = two_buses(tmp_path)
     front = tmp_path / "front.log"

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.interop.host_motion import HostMotion
+from mcdas_opt.interop.host_motion import HostMotion, LiveHost
 
 speeds = st.lists(st.floats(0.0, 40.0), min_size=2, max_size=12)
 
@@ -53,6 +53,17 @@ def test_time_s_and_other_columns_are_understood(tmp_path: Path) -> None:
     np.testing.assert_array_equal(HostMotion.read(path).speed_mps, [8.0, 9.0])
 
 
+@given(st.lists(st.floats(-0.3, 0.0), min_size=2, max_size=9))
+def test_the_noise_of_a_car_that_stands_is_no_speed(tmp_path_factory: pytest.TempPathFactory, said: list[float]) -> None:
+    path = tmp_path_factory.mktemp("csv") / "host.csv"
+    path.write_text("t_s,speed_mps\n" + "".join(f"{0.1 * k},{v}\n" for k, v in enumerate(said)))
+    assert set(HostMotion.read(path).speed_mps) == {0.0}
+    live = LiveHost(Road(), Vehicle())
+    for k, v in enumerate(said):
+        live.note(0.1 * k, v)
+    assert (live.state(0.1 * len(said)).speed_mps, live.state(0.1 * len(said)).s_m) == (0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -62,6 +73,7 @@ def test_time_s_and_other_columns_are_understood(tmp_path: Path) -> None:
         ("t_s,speed_mps\n0,1\n1\n", "line 3: not 2 cells"),
         ("t_s,speed_mps\n0,1\n1,nan\n", "line 3: t_s, speed_mps: must be finite"),
         ("t_s,speed_mps\n0,1\n0,1\n", "line 3: t_s = 0.0: must increase"),
+        ("t_s,speed_mps\n0,1\n1,-0.31\n", r"line 3: speed_mps = -0\.31: reverses, and reversing is not driven"),
         ("t_s,speed_mps\n0,1\n1,130\n", "line 3: speed_mps = 130.0: exceeds 100 m/s .*not km/h"),
     ],
 )
@@ -73,15 +85,37 @@ def test_bad_files_are_refused_with_line_and_rule(tmp_path: Path, text: str, mes
 
 
 def test_a_log_outside_the_speeds_is_refused() -> None:
-    motion = HostMotion(t_s=np.array([0.0, 10.0]), speed_mps=np.array([1.0, 1.0]), source="host.csv")
-    motion.require(-1.0, 11.0)
+    motion = HostMotion(t_s=np.arange(0.0, 11.0, 2.0), speed_mps=np.ones(6), source="host.csv")
+    motion.require(np.arange(-1.0, 11.05, 0.1))
     for span in ((-1.1, 5.0), (5.0, 11.1)):
         with pytest.raises(InputError, match=r"host\.csv: t_s: covers 0 s to 10 s, the log needs"):
-            motion.require(*span)
+            motion.require(np.array(span))
+
+
+@given(st.lists(st.floats(2.5, 60.0), min_size=1, max_size=4), st.floats(0.0, 1.0))
+def test_a_hole_is_where_no_speed_is_said_for_longer_than_usual(holes: list[float], share: float) -> None:
+    """A speed every 0.1 s, and holes between ten of them each."""
+    said = np.cumsum(np.concatenate([[0.0], *([0.1] * 10 + [hole] for hole in holes)]))
+    motion = HostMotion(t_s=said, speed_mps=np.ones(said.size), source="host.csv")
+    time = share * said[-1]
+    away = float(np.min(np.abs(said - time)))
+    assert motion.known(np.array([time])) == (away <= 1.0 + 1e-9)
+    if away > 1.0 + 1e-9:
+        with pytest.raises(InputError, match=r"host\.csv: t_s: says nothing between .* s and .* s, where the log has scans"):
+            motion.require(np.array([time]))
+
+
+@given(st.floats(0.1, 60.0), st.floats(-1.0, 1.0))
+def test_who_writes_few_speeds_means_what_lies_between(step: float, share: float) -> None:
+    motion = HostMotion(t_s=np.array([0.0, step]), speed_mps=np.array([15.0, 15.0]))
+    motion.require(np.array([0.5 * step + share * (0.5 * step + 1.0)]))
+    with pytest.raises(InputError, match=r"the log needs"):
+        motion.require(np.array([step + 1.1]))
 
 
 @pytest.mark.parametrize(
-    ("t_s", "speed_mps"), [([0.0, 0.0], [1.0, 1.0]), ([0.0], [1.0]), ([0.0, 1.0], [1.0]), ([0.0, 1.0], [1.0, math.nan])]
+    ("t_s", "speed_mps"),
+    [([0.0, 0.0], [1.0, 1.0]), ([0.0], [1.0]), ([0.0, 1.0], [1.0]), ([0.0, 1.0], [1.0, math.nan]), ([0.0, 1.0], [1.0, -0.1])],
 )
 def test_times_increase_and_every_time_has_a_speed(t_s: list[float], speed_mps: list[float]) -> None:
     with pytest.raises(ParameterError):

@@ -29,6 +29,7 @@ from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.host_motion import LiveHost
 from mcdas_opt.interop.live import loop as loop_module
+from mcdas_opt.interop.live import session
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
 from mcdas_opt.interop.live.inbox import Arrival, BusInbox, open_bus
 from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, SilentBusError
@@ -378,3 +379,21 @@ def test_the_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     assert [json.loads(line)["status"] for line in out.splitlines()] == ["waiting"] * len(out.splitlines())
     assert json.loads(err.splitlines()[0])["cycles"] == len(out.splitlines())
     assert err.splitlines()[-1] == "mcdas-opt: quiet: is silent: no frame for 0.3 s"
+
+
+def test_a_rear_bus_that_cannot_be_opened_leaves_the_front_one_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[Any] = []
+
+    def opening(channel: str, interface: str) -> Any:
+        if channel == "can9":
+            raise InputError(channel, "", None, "cannot be opened")
+        opened.append(open_bus(channel, interface))
+        return opened[-1]
+
+    monkeypatch.setattr(session, "open_bus", opening)
+    monkeypatch.setattr(session, "warm_up", lambda planner: None)
+    with pytest.raises(InputError, match="can9: cannot be opened"):
+        live(lambda line: None, bus="can0", rear="can9", interface="virtual")
+    (front,) = opened
+    with pytest.raises(can.CanOperationError):  # a virtual bus that was shut down
+        front.send(can.Message())

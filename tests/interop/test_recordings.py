@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -30,6 +31,7 @@ from mcdas_opt.interop.recordings.recording import READERS, Frame, format_of, op
 from mcdas_opt.interop.recordings.rosbag2 import _DEFINITIONS, type_store
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Replay
+from mcdas_opt.interop.target_list import read_targets
 
 NAME = "front_and_rear"
 LOG = models_folder() / "logs" / f"{NAME}.log"
@@ -188,6 +190,63 @@ def as_mdf_channels(path: Path) -> Path:
     return path
 
 
+@given(st.lists(st.lists(st.tuples(st.floats(1.0, 99.0), st.booleans()), min_size=1, max_size=4), min_size=1, max_size=6))
+@settings(max_examples=10, deadline=None)
+def test_targets_that_share_a_time_are_rows_of_their_own(scans: list[list[tuple[float, bool]]]) -> None:
+    """As loggers write target lists: a record a target, all of a cycle at one time; what is invalid is missing from its own row alone."""
+    whole = [(0.05 * k, x, bad, float(slot)) for k, scan in enumerate(scans) for slot, (x, bad) in enumerate(scan)]
+    times, x, bad, slots = (np.array(column) for column in zip(*whole, strict=True))
+    with TemporaryDirectory() as folder, MDF(version="4.10") as mdf:
+        signals = [Signal(samples=x, timestamps=times, name="x_m", unit="m", invalidation_bits=bad)]
+        signals += [Signal(samples=zeros, timestamps=times, name=name) for name, zeros in (("y_m", 0.0 * x), ("range_rate_mps", 0.0 * x))]
+        mdf.append([*signals, Signal(samples=slots, timestamps=times, name="slot")])
+        mdf.save(Path(folder) / "radar.mf4", overwrite=True)
+        log = read_targets(open_recording(Path(folder) / "radar.mf4", "mdf4"))
+    assert (log.good, [len(scan.radar) for scan in log.scans]) == (len(whole), [len(scan) for scan in scans])
+    ranges = [point.range_m for scan in log.scans for point in scan.radar]
+    np.testing.assert_allclose(ranges, np.where(bad, np.nan, x))
+
+
+def with_units(path: Path, speed: str, azimuth: str, slot: str = "") -> Path:
+    """A target at 20 m, 0.1 to the left in that unit; the host's speed is 36 in that unit."""
+    t = 0.05 * np.arange(20)
+    with MDF(version="4.10") as mdf:
+        values = (("range_m", 20.0, "m"), ("azimuth_rad", 0.1, azimuth), ("range_rate_mps", 0.0, "m/s"), ("slot", 1.0, slot))
+        mdf.append([Signal(samples=np.full(t.size, value), timestamps=t, name=name, unit=unit) for name, value, unit in values])
+        mdf.append(Signal(samples=np.full(t.size, 36.0), timestamps=t, name="host_speed_mps", unit=speed))
+        mdf.save(path, overwrite=True)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("speed", "mps", "azimuth", "rad"),
+    [
+        *((unit, 10.0, "Deg", math.radians(0.1)) for unit in ("km/h", "Km/h", "km/hr", "KPH", "kmph", " KMH", "km·h-1")),
+        *((unit, 16.09344, "°", math.radians(0.1)) for unit in ("mph", "mi/h", "MPH")),
+        ("knots", 18.52, "mrad", 1e-4),
+        *((unit, 36.0, azimuth, 0.1) for unit, azimuth in (("m/s", "rad"), ("M/S", ""), ("", "RAD"), ("m s-1", "radians"))),
+    ],
+)
+def test_units_are_known_however_they_are_spelt(speed: str, mps: float, azimuth: str, rad: float, tmp_path: Path) -> None:
+    log = read_targets(open_recording(with_units(tmp_path / "a.mf4", speed, azimuth, slot="ID"), "mdf4"))
+    assert log.host_speed is not None
+    assert log.host_speed[:, 1] == pytest.approx(mps)
+    assert log.scans[0].radar[0].azimuth_rad == pytest.approx(rad)
+
+
+def test_a_unit_that_nobody_knows_is_refused_by_name_until_a_factor_is_given(tmp_path: Path) -> None:
+    odd = open_recording(with_units(tmp_path / "a.mf4", "furlong/h", "rad"), "mdf4")
+    with pytest.raises(
+        InputError, match=r"a\.mf4: unit of host_speed_mps = 'furlong/h': is no unit that we know: .*host_speed_mps=FACTOR\*h"
+    ):
+        read_targets(odd)
+    log = read_targets(odd, columns={"host_speed_mps": "0.5*host_speed_mps"})
+    assert log.host_speed is not None
+    assert set(log.host_speed[:, 1]) == {18.0}
+    with pytest.raises(InputError, match=r"unit of azimuth_rad = 'gon'"):
+        read_targets(open_recording(with_units(tmp_path / "a.mf4", "m/s", "gon"), "mdf4"))
+
+
 def as_json_messages(path: Path) -> Path:
     with mcap_writer(path) as writer:
         schema = writer.register_schema(name="radar", encoding="jsonschema", data=b"{}")
@@ -273,6 +332,20 @@ def test_a_clock_that_stands_or_counts_otherwise_is_told_as_that(
     path.write_text("\n".join(["stamp,x_m,y_m,range_rate_mps,ego", *rows]) + "\n")
     with pytest.raises(InputError, match=re.escape(said)):
         replay(path, plan=False, columns={"time_s": "stamp", "host_speed_mps": "ego"})
+
+
+def test_a_radar_that_sees_nobody_for_long_is_known_by_its_first_target(tmp_path: Path) -> None:
+    """An empty road for 30 s, and two other topics of which one never fills its list."""
+    with mcap_writer(tmp_path / "late.mcap") as writer:
+        schema = writer.register_schema(name="radar", encoding="jsonschema", data=b"{}")
+        topics = [writer.register_channel(topic, "json", schema) for topic in ("/radar", "/ego", "/faults")]
+        for k in range(640):
+            targets = [{"x_m": 30.0, "y_m": 0.0, "range_rate_mps": 0.0}] if k >= 600 else []
+            for topic, document in zip(topics, ({"targets": targets}, {"host_speed_mps": 10.0}, {"faults": []}), strict=True):
+                stamp = k * NS // 20
+                writer.add_message(topic, log_time=stamp, publish_time=stamp, data=json.dumps(document).encode())
+    done = replay(tmp_path / "late.mcap", plan=False)
+    assert (done.summary.scans, done.summary.detections, done.summary.tracks_started) == (640, 40, 1)
 
 
 def test_two_radars_of_one_name_are_told_apart(tmp_path: Path) -> None:

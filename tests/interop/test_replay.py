@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from benchmarks.radar_log import NAME, recording
 from mcdas_opt.catalogue.data_files import models_folder
@@ -17,6 +19,7 @@ from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Replay
+from mcdas_opt.interop.sensor_log import require_clock
 from mcdas_opt.interop.truth import Comparison, TrueTarget, compare, read_truth
 from mcdas_opt.simulation.sensors import mounting
 
@@ -199,7 +202,8 @@ def radar_csv(folder: Path, times: list[float]) -> tuple[Path, Path]:
     radar, host = folder / "radar.csv", folder / "host.csv"
     rows = "".join(f"{t!r},1,{30.0 - 0.1 * k!r},0.5,-2,0\n" for k, t in enumerate(times))
     radar.write_text("time_s,slot,x_m,y_m,range_rate_mps,new_track\n" + rows)
-    host.write_text(f"t_s,speed_mps\n{times[0]!r},10\n{times[-1]!r},10\n")
+    said = np.arange(min(times), max(times) + 2.0, 2.0).tolist()
+    host.write_text("t_s,speed_mps\n" + "".join(f"{t!r},10\n" for t in said))
     return radar, host
 
 
@@ -219,6 +223,46 @@ def test_nothing_is_planned_while_no_radar_is_heard(tmp_path: Path) -> None:
     late = next(cycle for cycle in done.cycles if cycle.t_s > 1.7e9 + 3599.0)
     assert not late.tracks
     assert done.cycles[-1].tracks
+
+
+def test_a_speed_that_nobody_said_is_not_made_up(tmp_path: Path) -> None:
+    """Five seconds at 25 m/s, a minute of nothing, then standing: halfway through it was 12.5 m/s."""
+    radar, host = radar_csv(tmp_path, [0.05 * k for k in range(1400)])
+    said = [(0.1 * k, 25.0) for k in range(51)] + [(65.0 + 0.1 * k, 0.0) for k in range(51)]
+    host.write_text("t_s,speed_mps\n" + "".join(f"{t!r},{v}\n" for t, v in said))
+    with pytest.raises(InputError, match=r"host\.csv: t_s: says nothing between 5 s and 65 s, where the log has scans"):
+        replay(radar, "radar-csv", host=host, plan=False)
+
+
+def test_a_logger_s_pause_is_left_out(tmp_path: Path) -> None:
+    """Neither radar nor speed for five seconds: there is nothing to plan by, and nothing is lost."""
+    times = [0.05 * k + (5.0 if k > 40 else 0.0) for k in range(81)]
+    radar, host = radar_csv(tmp_path, times)
+    host.write_text("t_s,speed_mps\n" + "".join(f"{t!r},10\n" for t in times))
+    done = replay(radar, "radar-csv", host=host, plan=False)
+    assert done.summary.cycles_left_out == 30
+    assert not [cycle.t_s for cycle in done.cycles if 3.01 < cycle.t_s < 6.04]
+    assert done.summary.scans == done.summary.tracker["scans"] == 81
+
+
+@pytest.mark.parametrize("set_back_s", [2.02, 30.0, 3600.0])
+def test_a_clock_that_is_set_back_is_told_with_its_line(set_back_s: float, tmp_path: Path) -> None:
+    """What follows would come too late, all of it, and be left out."""
+    times = [5000.0 + 0.05 * k - (set_back_s if k >= 200 else 0.0) for k in range(400)]
+    radar, host = radar_csv(tmp_path, times)
+    with pytest.raises(InputError, match=r"radar\.csv: line 202: time_s = .*: goes back by .*: split the recording"):
+        replay(radar, "radar-csv", host=host, plan=False)
+    can = tmp_path / "a.log"
+    can.write_text("".join(f"({t:.6f}) can0 500#006079E210000251\n" for t in times))
+    with pytest.raises(InputError, match=r"a\.log: line 201: time = .*: goes back by"):
+        replay(can, host=host, plan=False)
+
+
+@given(st.lists(st.floats(0.0, 0.45), min_size=5, max_size=40), st.integers(1, 3), st.floats(1.0, 5.0))
+def test_late_records_are_no_clock_that_is_set_back(lates: list[float], at: int, very_late: float) -> None:
+    stamps = [0.1 * k - late for k, late in enumerate(lates)]
+    stamps[at] -= very_late
+    require_clock("a.csv", "time_s", stamps, range(len(stamps)))
 
 
 def truth_of(true: float, times: int = 101) -> dict[Sector, TrueTarget]:

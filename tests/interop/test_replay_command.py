@@ -23,6 +23,7 @@ def test_json_is_one_document(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     document = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} in JSON"))
     assert code == 0
     assert len(document["cycles"]) == document["summary"]["cycles"] == 101
+    assert document["summary"]["radars"] == {"front": "front_and_rear.log can0", "rear": "front_and_rear.log can1"}
     assert document["truth"]["front"]["breaks"] == 0
     assert 0.0 < document["truth"]["rear"]["tracked"]["along_rmse_m"] < document["truth"]["rear"]["raw"]["along_rmse_m"]
 
@@ -34,6 +35,7 @@ def test_the_table_and_the_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert code == 0
         assert path.read_bytes().startswith(b"\x89PNG")
         assert "2010 good, 0 bad" in out
+        assert out.index("front_and_rear.log can0") < out.index("front_and_rear.log can1")
         assert ("against the truth" in out) is bool(more)
 
 

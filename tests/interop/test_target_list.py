@@ -64,6 +64,40 @@ def test_rows_of_one_cycle_make_one_scan_even_when_their_stamps_differ(tmp_path:
     assert log.arrivals_s[0] == pytest.approx(0.006)
 
 
+@given(st.lists(st.integers(1, 8), min_size=3, max_size=12), st.floats(1e-4, 3e-3))
+def test_without_slots_a_pause_ends_a_cycle_of_targets_that_have_times_of_their_own(
+    tmp_path_factory: pytest.TempPathFactory, counts: list[int], apart_s: float
+) -> None:
+    rows = [f"{0.05 * k + apart_s * j!r},{20 + 15 * j},0,0" for k, count in enumerate(counts) for j in range(count)]
+    log = read_targets(CsvTable(table(tmp_path_factory.mktemp("csv"), *rows, header="time_s,x_m,y_m,range_rate_mps")))
+    assert [len(scan.radar) for scan in log.scans] == counts
+
+
+def test_targets_in_an_even_row_need_slots(tmp_path: Path) -> None:
+    path = table(tmp_path, *(f"{0.002 * k:.3f},{20 + 15 * (k % 4)},0,0" for k in range(80)), header="t,x_m,y_m,range_rate_mps")
+    with pytest.raises(InputError, match=r"radar\.csv: t: has a time of its own for each target, .*--columns slot="):
+        read_targets(CsvTable(path), columns={"time_s": "t"})
+
+
+@given(st.lists(st.sampled_from(["", "A1", "b 2", "7", "7.0", "nan"]), min_size=1, max_size=8))
+def test_a_slot_may_be_called_anything(tmp_path_factory: pytest.TempPathFactory, names: list[str]) -> None:
+    """Names are told apart by their letters, numbers by what they are; nameless targets are each their own."""
+    rows = [f"{0.05 * k},{name},{20 + j},0,0,0" for k in range(3) for j, name in enumerate(dict.fromkeys(names))]
+    log = read_targets(CsvTable(table(tmp_path_factory.mktemp("csv"), *rows)))
+    assert (log.good, log.bad.total) == (len(rows), 0)
+    same = {"7", "7.0"} <= set(names) <= {"", "7", "7.0", "nan"}
+    assert same or [len(scan.radar) for scan in log.scans] == [len(rows) // 3] * 3
+
+
+def test_a_speed_below_zero_is_noise_or_names_its_line(tmp_path: Path) -> None:
+    header = "time_s,slot,x_m,y_m,range_rate_mps,host_speed_mps"
+    log = read_targets(CsvTable(table(tmp_path, "0,1,10,0,0,0.1", "0.1,1,10,0,0,-0.02", header=header)))
+    assert log.host_speed is not None
+    assert log.host_speed.tolist() == [[0.0, 0.1], [0.1, 0.0]]
+    with pytest.raises(InputError, match=r"radar\.csv: line 3: host_speed_mps = -2\.0: reverses, and reversing is not driven"):
+        read_targets(CsvTable(table(tmp_path, "0,1,10,0,0,0.1", "0.1,1,10,0,0,-2", header=header)))
+
+
 def test_bad_rows_are_counted_by_kind_with_their_first_line(tmp_path: Path) -> None:
     rows = ["0,1,10,0,0,0", "0.1,1,ten,0,0,0", "0.2,1,10,0", "nan,1,10,0,0,0", ",1,10,0,0,0", "0.3,1,10,0,,0", "0.4,1,nan,0,0,0"]
     log = read_targets(CsvTable(table(tmp_path, *rows)))
@@ -82,7 +116,7 @@ def test_bad_rows_are_counted_by_kind_with_their_first_line(tmp_path: Path) -> N
     ("text", "message"),
     [
         ("x_m", "--columns: x_m: must be NAME=COLUMN"),
-        ("x_m=", "--columns: x_m=: must be NAME=COLUMN"),
+        ("x_m=", "--columns: x_m: must be NAME=COLUMN"),
         ("xm=a", "xm = 'a': unknown name; did you mean 'x_m'"),
         ("x_m=a,x_m=b", "x_m = 'b': given twice"),
     ],
@@ -110,7 +144,8 @@ def test_a_column_that_is_not_there_is_named(tmp_path: Path, columns: str, messa
     [
         ("", "header line and rows"),
         (HEADER + "\n", "header line and rows"),
-        (HEADER + "\nnan,1,2,3,4,5\n", "no row with a time"),
+        (HEADER + "\nnan,1,2,3,4,5\n", r"holds no row that can be read: time_s is not finite \(1, first in line 2\)"),
+        (HEADER + "\n0,A,near,3,4,5\n1,A,far,3,4,5\n", r"holds no row that can be read: x_m is no number \(2, first in line 2\)"),
         ("time_s,x_m,y_m\n0,1,2\n", "'range_rate_mps or doppler_velocity': no such column; there are: time_s, x_m, y_m$"),
         ("time_s,x_m,x_m\n0,1,2\n", "two columns of this name"),
     ],
@@ -148,3 +183,13 @@ def test_a_factor_scales_and_a_column_of_that_name_is_taken_as_it_stands(tmp_pat
     for wrong in ("0*kmh", "2*", "9" * 400 + "*kmh"):
         with pytest.raises(InputError, match=r"must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR\*COLUMN"):
             Columns.parse(text.format(wrong))
+
+
+def test_a_mapping_takes_column_names_that_hold_commas_and_equal_signs(tmp_path: Path) -> None:
+    path = table(tmp_path, "0,10,2,-1", "0.1,9.9,2,-1", header='t,"x, m","y=left, m",rate')
+    columns = {"time_s": "t", "x_m": "x, m", "y_m": "-y=left, m", "range_rate_mps": "rate"}
+    log = read_targets(CsvTable(path), columns=columns)
+    assert [scan.radar[0].azimuth_rad for scan in log.scans] == [math.atan2(-2.0, 10.0), math.atan2(-2.0, 9.9)]
+    for wrong, message in (({"xm": "t"}, "columns: xm = 't': unknown name"), ({"x_m": 3}, "columns: x_m = 3: must be NAME=COLUMN")):
+        with pytest.raises(InputError, match=message):
+            read_targets(CsvTable(path), columns=wrong)  # type: ignore[arg-type]

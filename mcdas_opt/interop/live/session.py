@@ -6,7 +6,7 @@ import contextlib
 import gc
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -85,7 +85,7 @@ def live(
     codec, sensor = EsrCodec(dbc=dbc), load_sensor("delphi_esr")
     radars = {bus: Sector.FRONT} if rear is None else {bus: Sector.FRONT, rear: Sector.REAR}
     frames = None if play is None else read_candump(find("logs", str(play), ".log")).frames
-    opened = {name: open_bus(name, VIRTUAL if play is not None else interface) for name in radars}
+    opened = _open_all(radars, VIRTUAL if play is not None else interface)
     gc.collect()
     with contextlib.ExitStack() as stack:
         gc.freeze()  # else Python's collector looks through all that is loaded every few minutes, for 30 ms, within a cycle
@@ -94,7 +94,7 @@ def live(
         watchdog = Watchdog()
         stack.callback(watchdog.close)
         if frames is not None:
-            player = LogPlayer(frames, {name: open_bus(name, VIRTUAL) for name in radars})
+            player = LogPlayer(frames, _open_all(radars, VIRTUAL))
             stack.callback(player.close)
             player.start()
         loop = LiveLoop(inbox, radars, brain, publish, codec=codec, sensor=sensor, settings=settings, watchdog=watchdog)
@@ -103,6 +103,17 @@ def live(
         finally:
             if ended is not None:
                 ended(loop.summary)
+
+
+def _open_all(names: Iterable[str], interface: str) -> dict[str, Any]:
+    """The buses by their names; where one cannot be opened, those that were are closed again."""
+    opened = {}
+    with contextlib.ExitStack() as stack:
+        for name in names:
+            opened[name] = open_bus(name, interface)
+            stack.callback(opened[name].shutdown)
+        stack.pop_all()
+    return opened
 
 
 def warm_up(planner: Planner) -> None:

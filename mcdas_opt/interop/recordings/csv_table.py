@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -76,6 +77,19 @@ class CsvTable:
             else:
                 yield Row(line=line, values=tuple(values))
 
+    def numbered(self, column: int) -> CsvTable:
+        """This table, a column that holds names (`A1`) as numbers, one for each name; a column of numbers stays as it is."""
+        cells = [cells[column] for _, cells in self._lines if len(cells) == len(self.header)]
+        if all(_is_number(cell) for cell in cells if cell):
+            return self
+        number = {name: str(k) for k, name in enumerate(dict.fromkeys(filter(None, cells)))}
+        table = copy(self)
+        table._lines = tuple(
+            (line, (*row[:column], number.get(row[column], ""), *row[column + 1 :]) if len(row) == len(self.header) else row)
+            for line, row in self._lines
+        )
+        return table
+
     def sound_rows(self, columns: Sequence[int]) -> list[Row]:
         """Every row. Raises `InputError` with the line of one that `rows` would leave out."""
         bad = Tally()
@@ -84,3 +98,11 @@ class CsvTable:
             kind, entry = next(iter(bad.to_document().items()))
             raise InputError(self.path, f"line {entry['first_line']}", None, kind)
         return rows
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mcdas_opt.errors import InputError, of_extra
-from mcdas_opt.interop.recordings.messages import Document, Message, MessageRecording, counted, time_of
+from mcdas_opt.interop.recordings.messages import Document, Message, MessageRecording, time_of
 from mcdas_opt.interop.recordings.recording import understood
 from mcdas_opt.interop.recordings.rosbag2 import document_of, type_store
 
@@ -55,14 +55,14 @@ class McapRecording(MessageRecording):
     def types(self) -> Mapping[str, str]:
         return self._types
 
-    def messages(self, topics: Collection[str], at_most: int | None = None) -> Iterator[Message]:
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
         if not topics:
             return
         from mcap.reader import make_reader
 
         with understood(self.path, "MCAP"), Path(self.path).open("rb") as file:
             found = make_reader(file).iter_messages(topics=list(topics))
-            yield from counted((self._message(channel.topic, one.log_time, one.data) for _, channel, one in found), at_most)
+            yield from (self._message(channel.topic, one.log_time, one.data) for _, channel, one in found)
 
     def _message(self, topic: str, recorded_ns: int, data: bytes) -> Message:
         document = self._decoders[topic](data)

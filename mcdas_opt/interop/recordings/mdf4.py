@@ -25,14 +25,25 @@ if TYPE_CHECKING:
 
 _FRAMES, _OTHER_FRAMES = "CAN_DataFrame", ("CAN_ErrorFrame", "CAN_RemoteFrame")
 _LONGEST = 8  # bytes of a classic frame
-_SI = {
-    "km/h": 1 / 3.6, "kph": 1 / 3.6, "kmh": 1 / 3.6, "mph": 0.44704, "deg": math.pi / 180, "°": math.pi / 180, "cm": 0.01, "mm": 0.001,
-    "km": 1000.0, "ms": 0.001, "us": 1e-6,
-}  # fmt: skip
+_SPELT = {
+    1.0: ("", "-", "1", "m", "meter", "metre", "s", "sec", "rad", "radian", "radians", "m/s", "m/sec", "mps", "ms-1", "ms^-1"),
+    1 / 3.6: ("km/h", "km/hr", "kmh", "kmph", "kph", "kmh-1", "kmh^-1"),
+    0.44704: ("mph", "mi/h", "mi/hr"),
+    1.852 / 3.6: ("kn", "kt", "kts", "knot", "knots"),
+    math.pi / 180: ("deg", "degree", "degrees", "°"),
+    1000.0: ("km",),
+    0.3048: ("ft",),
+    0.01: ("cm", "cm/s"),
+    0.001: ("mm", "mm/s", "mrad", "ms"),
+    1e-6: ("us", "\u03bcs"),
+}
+_SI = {name: factor for factor, names in _SPELT.items() for name in names}
+"""By how much a unit is multiplied, as `_folded` writes it."""
 
 
 class Mdf4Recording:
-    """An MDF4 file. Times are seconds since its start. A channel whose unit is km/h, deg, mm and the like is read in SI.
+    """An MDF4 file. Times are seconds since its start. A channel whose unit is km/h, deg, mm and the like is read in SI, one whose unit is
+    none that we know as it stands.
 
     A channel is called by its name, after its group and a slash where several have that name. Raises `InputError` for another file,
     `MissingExtraError` without asammdf.
@@ -87,12 +98,22 @@ class Mdf4Recording:
         return GroupTable(self, tuple(name for name, place in self._places.items() if place[0] == group))
 
     def values(self, name: str) -> tuple[Array, Array]:
-        """Times and values of a channel, invalid samples left out."""
+        """Times and values of a channel, one for each of its group's; a sample that is invalid is NaN."""
         group, index = self._places[name]
         with self._open() as mdf:
-            signal = mdf.get(group=group, index=index)
-            scale = _SI.get(str(signal.unit).strip(), 1.0)
-            return np.asarray(signal.timestamps, dtype=np.float64), scale * np.asarray(signal.samples, dtype=np.float64)
+            signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+            scale = _SI.get(_folded(signal.unit), 1.0)
+            found = scale * np.asarray(signal.samples, dtype=np.float64)
+            if signal.invalidation_bits is not None:
+                found[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
+            return np.asarray(signal.timestamps, dtype=np.float64), found
+
+    def unknown_unit(self, name: str) -> str:
+        """The unit that the file states of a channel, where it is none that we know; else empty."""
+        group, index = self._places[name]
+        with self._open() as mdf:
+            unit = str(mdf.get(group=group, index=index, record_count=1).unit)
+        return "" if _folded(unit) in _SI else unit
 
     @contextmanager
     def _open(self) -> Iterator[MDF]:
@@ -132,7 +153,7 @@ def _quiet_when_half_built() -> Iterator[None]:
 
 
 class GroupTable:
-    """The channels of one group, a row at each of its times."""
+    """The channels of one group, a row for each of its records: several may have one time, as the targets of one cycle do."""
 
     def __init__(self, recording: Mdf4Recording, names: tuple[str, ...]) -> None:
         self._recording, self._names = recording, names
@@ -141,20 +162,22 @@ class GroupTable:
     def column(self, *names: str) -> int:
         return position(self._recording.path, names, self.header)
 
+    def unknown_unit(self, column: int) -> str:
+        name = self.header[column]
+        return self._recording.unknown_unit(name) if name in self._names else ""
+
     def rows(self, columns: Sequence[int], bad: Tally) -> Iterator[Row]:
-        """A sample that is invalid in its channel is NaN."""
         chosen = [self.header[column] for column in columns]
         read = {name: self._recording.values(name) for name in chosen if name in self._names}
-        times = np.unique(np.concatenate([t for t, _ in read.values()]))
-        table = [_at(times, *read[name]) if name in read else times for name in chosen]
+        times = next(t for t, _ in read.values())
+        table = [read[name][1] if name in read else times for name in chosen]
         for k, values in enumerate(zip(*(column.tolist() for column in table), strict=True)):
             yield Row(line=k + 1, values=values)
 
 
-def _at(times: Array, t_s: Array, values: Array) -> Array:
-    found = np.full(times.shape, np.nan)
-    found[np.searchsorted(times, t_s)] = values
-    return found
+def _folded(unit: object) -> str:
+    """Without capitals, blanks and a middle dot or star between factors."""
+    return "".join(one for one in str(unit).casefold() if one not in " \t*\u00b7\u22c5")
 
 
 def _of_frames(name: str) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,7 +18,7 @@ from mcdas_opt.interop.recordings.recording import TIME, CanLog, Frame, Row, Tal
 
 Document = Mapping[str, object]
 _FRAME_TYPES = ("can_msgs/msg/Frame", "can_msgs/Frame")
-_LOOKED_AT = 200  # messages of a topic, to know its fields
+_LOOKED_AT = 200  # messages of a topic at least, to know its fields: until each of its lists has had an element
 _NS = 1_000_000_000
 
 
@@ -55,18 +55,29 @@ class MessageRecording(ABC):
         """The type of every topic that can be decoded, as ROS or the schema calls it."""
 
     @abstractmethod
-    def messages(self, topics: Collection[str], at_most: int | None = None) -> Iterator[Message]:
-        """Those of these topics by recorded time; of each topic the first `at_most`."""
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Those of these topics by recorded time."""
 
     @cached_property
     def _fields(self) -> dict[str, Field]:
-        others = [topic for topic, kind in self.types().items() if kind not in _FRAME_TYPES]
+        topics = {topic for topic, kind in self.types().items() if kind not in _FRAME_TYPES}
         found: dict[str, Field] = {}
-        for message in self.messages(others, _LOOKED_AT):
+        looked, filled, empty = Counter[str](), set[tuple[str, str]](), defaultdict[str, set[tuple[str, str]]](set)
+        for message in self.messages(tuple(topics)):
+            topic = message.topic
+            if topic not in topics:
+                continue
             numbers, lists = flattened(message.document)
-            fields = [Field(topic=message.topic, of="", name=name) for name in numbers]
-            fields += [Field(topic=message.topic, of=of, name=name) for of, rows in lists.items() for row in rows for name in row]
+            fields = [Field(topic=topic, of="", name=name) for name in numbers]
+            fields += [Field(topic=topic, of=of, name=name) for of, rows in lists.items() for row in rows for name in row]
             found |= {field.channel: field for field in fields}
+            looked[topic] += 1
+            filled |= {(topic, of) for of, rows in lists.items() if rows}
+            empty[topic] = (empty[topic] | {(topic, of) for of in lists}) - filled
+            if looked[topic] >= _LOOKED_AT and not empty[topic]:
+                topics.remove(topic)
+            if not topics:
+                break
         return found
 
     @property
@@ -146,15 +157,6 @@ def time_of(document: Document, recorded_ns: int) -> float:
         if len(whole) == 2 and any(whole):
             return (whole[0] * _NS + whole[1]) / _NS
     return recorded_ns / _NS
-
-
-def counted(messages: Iterator[Message], at_most: int | None) -> Iterator[Message]:
-    """Of each topic the first `at_most`."""
-    seen: Counter[str] = Counter()
-    for message in messages:
-        seen[message.topic] += 1
-        if at_most is None or seen[message.topic] <= at_most:
-            yield message
 
 
 def _frame(message: Message, line: int) -> Frame | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from mcdas_opt.domain.registry import Registry
 from mcdas_opt.errors import InputError, McdasError, ParameterError, nearest
@@ -101,6 +101,15 @@ class Table(Protocol):
 
     def rows(self, columns: Sequence[int], bad: Tally) -> Iterator[Row]:
         """The rows' values in these columns; unsound rows are left out and counted in `bad`."""
+        ...
+
+
+@runtime_checkable
+class StatesUnits(Protocol):
+    """A table whose file states units."""
+
+    def unknown_unit(self, column: int) -> str:
+        """What the file states, where it is no unit that we know, so that the values stand as they are; else empty."""
         ...
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mcdas_opt.errors import of_extra
-from mcdas_opt.interop.recordings.messages import Message, MessageRecording, counted, time_of
+from mcdas_opt.interop.recordings.messages import Message, MessageRecording, time_of
 from mcdas_opt.interop.recordings.recording import FOLDER, understood
 
 if TYPE_CHECKING:
@@ -74,12 +74,12 @@ class Rosbag2Recording(MessageRecording):
     def types(self) -> Mapping[str, str]:
         return self._types
 
-    def messages(self, topics: Collection[str], at_most: int | None = None) -> Iterator[Message]:
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
         if not topics:
             return
         with self._open() as reader:
             found = reader.messages([one for one in reader.connections if one.topic in topics])
-            yield from counted((_message(one.topic, t_ns, reader.deserialize(data, one.msgtype)) for one, t_ns, data in found), at_most)
+            yield from (_message(one.topic, t_ns, reader.deserialize(data, one.msgtype)) for one, t_ns, data in found)
 
     @contextmanager
     def _open(self) -> Iterator[AnyReader]:
