@@ -9,6 +9,7 @@ import math
 import re
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def test_it_comes_as_near_as_the_table_says_at_every_rate(rate_hz: int, asked: s
 
 
 def test_the_measured_state_commanded_runs_into_it() -> None:
-    found: dict[str, float] = {}
+    found: dict[str, Any] = {}
     loop = re.sub(r"command_at\(.*?\)\.", "command_at(0.0).", LOOP)
     with contextlib.redirect_stdout(io.StringIO()):
         exec(loop, found)
@@ -72,7 +73,7 @@ def test_the_measured_state_commanded_runs_into_it() -> None:
 def test_its_car_moves_as_the_model_says_and_on_a_bend_as_the_page_says(curvature: float) -> None:
     car, step_s = mo.load_vehicle("sedan"), 1e-3
     now = {"s": 3.0, "d": 1.2, "heading": 0.1, "v": 12.0, "steering": 0.05}
-    after = dict(now, car=car, math=math, STEP_S=step_s)
+    after: dict[str, Any] = {**now, "car": car, "math": math, "STEP_S": step_s}
     exec(MOTION, {}, after)
     along = (after["s"] - now["s"]) / (1.0 - now["d"] * curvature)
     moved = (along, after["d"] - now["d"], after["heading"] - now["heading"] - curvature * along)
@@ -84,7 +85,7 @@ def test_its_car_moves_as_the_model_says_and_on_a_bend_as_the_page_says(curvatur
 @pytest.mark.parametrize("curvature", [0.0, 0.01])
 def test_a_place_in_the_plane_is_one_on_the_road(curvature: float) -> None:
     road = mo.Road(lanes_left=1, curvature=((0.0, curvature),))
-    found = {"road": road, "x": 30.0, "y": 2.0, "yaw": 0.2, "s": 0.0}
+    found: dict[str, Any] = {"road": road, "x": 30.0, "y": 2.0, "yaw": 0.2, "s": 0.0}
     exec(FROM_PLANE, found)
     host = mo.HostState(s_m=found["s"], d_m=found["d"], heading_rad=found["heading"], speed_mps=14.0)
     centre_y = 1.0 / curvature if curvature else 0.0
