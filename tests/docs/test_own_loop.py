@@ -17,9 +17,11 @@ import pytest
 import mcdas_opt as mo
 from mcdas_opt.dynamics.bicycle import road_bicycle
 
-PAGE = (Path(__file__).parents[2] / "docs" / "own-loop.md").read_text("utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "own-loop.md").read_text("utf-8")
 TABLE = re.findall(r"^\| \| 100 Hz .*?\n\n", PAGE, re.S | re.M)[0]
-LOOP, FROM_PLANE = re.findall(r"```python\n(.*?)```", PAGE, re.S)
+LOOP = re.findall(r"```python\n(.*?)```", PAGE, re.S)[0]
+FROM_PLANE = re.findall(r"```python\n(.*?)```", (DOCS / "api.md").read_text("utf-8"), re.S)[0]
 MOTION = textwrap.dedent(re.findall(r"^ +turn = .*?heading \+=.*?\n", LOOP, re.S | re.M)[0])
 
 
