@@ -42,12 +42,16 @@ def _bring(app: Any) -> None:
     lines = [
         "# Claims",
         "",
-        "What the pages state, the command that measures it, and what was measured last. *Old*: the planner, the judge, the simulation or their data have",
-        "changed since.",
+        "What the pages state, and what was measured last. *Old*: the planner, the judge, the simulation or their data have changed since. Every claim can be",
+        "measured again by its name or its size, in the clone's own folder:",
         "",
         "```sh",
-        "python -m benchmarks.claims run quick",
+        "python -m benchmarks.claims run quick             # those under Quick: some minutes",
+        "python -m benchmarks.claims run full              # those under Full: an hour or two",
+        "python -m benchmarks.claims run sandwich-lost     # one, or several, by name",
         "```",
+        "",
+        "The command that a claim runs, and the value that it reads, stand in `benchmarks/claims/*.toml` under that name.",
     ]
     for size in SIZES:
         lines += ["", f"## {size.capitalize()}", "", "| claim | what | measured | goal | when |", "|---|---|---|---|---|"]

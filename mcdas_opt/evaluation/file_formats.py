@@ -88,7 +88,7 @@ def _key(table: str, name: str, entry: dict[str, Any], part: dict[str, Any], par
         kind=_kind(entry, parts),
         unit=unit_of(name),
         default=_default(name, entry, part),
-        allowed=_allowed(entry),
+        allowed=_allowed(entry, parts),
         about=entry.get("description", ""),
     )
 
@@ -133,9 +133,10 @@ def _default(name: str, entry: dict[str, Any], part: dict[str, Any]) -> str:
     return str(default).lower() if isinstance(default, bool) else f"{default:g}" if isinstance(default, float) else str(default)
 
 
-def _allowed(entry: dict[str, Any]) -> str:
+def _allowed(entry: dict[str, Any], parts: dict[str, Any]) -> str:
     said = []
-    for one in _forms(entry):
+    for form in _forms(entry):
+        one = parts.get(form["$ref"].rpartition("/")[2], {}) if "$ref" in form else form
         if "enum" in one:
             said.append(", ".join(map(str, one["enum"])))
         said.append(" and ".join(text.format(one[bound]) for bound, text in _BOUNDS.items() if bound in one))

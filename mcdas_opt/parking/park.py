@@ -24,7 +24,7 @@ from mcdas_opt.parking.programs import approach, improve_paths
 from mcdas_opt.parking.run import Run
 from mcdas_opt.parking.search.arc_search import Resolution, search
 from mcdas_opt.parking.search.path_cost import PathCost
-from mcdas_opt.parking.search.resolution_refinement import Searched, refine, shorter_than_diagonal
+from mcdas_opt.parking.search.resolution_refinement import Searched, refine, shorter_than_diagonal, turning_length_m
 from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
@@ -140,12 +140,20 @@ def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
             name = case.names[world.owner[worst]]
             text = f"proved impossible: at the {key} the body is {100 * least:.1f} cm from {name}, {100 * asked:.1f} cm asked"
             if case.slot is not None and key == "goal" and name in ("rear car", "front car"):
-                text += f": {200 * (asked - least):.0f} cm more length"
+                text += f": {_longer(case, 2.0 * (asked - least))}"
             elif case.slot is not None and key == "goal" and name == "kerb":
                 deep = math.ceil(100.0 * (case.slot.depth_m + 2.0 * (asked - least)) - 1e-6) / 100.0
                 text += f": the slot's depth_m must be {deep:.2f} instead of {case.slot.depth_m:.2f}"
             return text, Violation(kind=kind, t_s=0.0, value=least, limit=asked, unit="m", body=name)
     return None
+
+
+def _longer(case: ParkingCase, least_m: float) -> str:
+    """What a slot has to have more of: bounds, of what the goal asks for and of what the car needs to turn in it."""
+    assert case.slot is not None
+    turning_m = turning_length_m(case) - case.slot.length_m
+    said = f"at least {math.ceil(100.0 * least_m - 1e-6)} cm more length"
+    return f"{said}, for room to turn {math.ceil(100.0 * turning_m - 1e-6)} cm" if turning_m > least_m else said
 
 
 def relief(case: ParkingCase, late: Callable[[], bool]) -> tuple[str, ParkingCase, ArcPath] | None:

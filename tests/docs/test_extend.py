@@ -14,6 +14,7 @@ import pytest
 
 import mcdas_opt
 from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.native.library import library
@@ -110,6 +111,20 @@ def test_a_scene_of_another_format_is_driven(tmp_path: Path) -> None:
     script = block("My own scene and road", "python")
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == (block("My own scene and road", "text"), "")
+
+
+def test_the_scene_of_changing_lanes_comes_to_its_destination(tmp_path: Path) -> None:
+    path = tmp_path / "lanes.toml"
+    path.write_text(block("My own scene and road", "toml"), encoding="utf-8")
+    drive = mcdas_opt.simulate(path)
+    assert (drive.outcome, drive.fallbacks, drive.unverified_plans) == (mcdas_opt.Outcome.SAFE, 0, 0)
+    destination = load_scene(path).destination
+    assert destination is not None
+    assert destination.s_m is not None
+    first, last = destination.s_m
+    there = (drive.trajectory.s_m >= first) & (drive.trajectory.s_m <= last)
+    assert there.any()
+    assert (abs(drive.trajectory.d_m[there] - 3.7) < 0.5).all()
 
 
 def test_the_suite_is_drawn(tmp_path: Path) -> None:

@@ -35,7 +35,8 @@ PAGES = [page for folder in ("", "doors", "extend") for page in sorted((DOCS / f
 MEASURED = re.compile(
     r"\b\d[\d,]* (?:of|in) (?:the )?\d[\d,]+\b|\b\d+/\d{2,}\b|\b\d[\d.,]* (?:ms|KiB|kB|MiB|%)(?!\w)|\b\d[\d.]* times (?:as|what)"
 )
-SETTINGS = {"95 %", "99.5 %", "5 ms", "1 %"}  # intervals, the optimiser's share of a limit, the parking judge's step, a criterion
+# intervals, the optimiser's share of a limit, the parking judge's step, a criterion, a lag after its time constant, a deadline's shared end
+SETTINGS = {"95 %", "99.5 %", "5 ms", "1 %", "63 %", "20 ms"}
 GUIDES = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
 COMMANDS = typer.main.get_command(app).commands
 

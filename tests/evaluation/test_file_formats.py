@@ -50,6 +50,11 @@ def test_every_key_says_what_it_is(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", sorted(MODELS))
+def test_a_word_has_the_words_that_it_may_be(kind: str) -> None:
+    assert [key.name for key in keys(kind) if key.kind == "word" and not key.allowed] == []
+
+
+@pytest.mark.parametrize("kind", sorted(MODELS))
 def test_a_quantity_has_its_unit_in_the_schema(kind: str) -> None:
     found = schema(kind)
     for part in (found, *found.get("$defs", {}).values()):

@@ -114,7 +114,8 @@ def test_impossible_slots_are_refused_with_what_would_help():
     assert not answer.verdict.passed
     assert answer.trajectory is None
     assert "proved" in answer.reason
-    assert "5 cm more length" in answer.reason
+    assert "at least 5 cm more length" in answer.reason
+    assert "for room to turn 40 cm" in answer.reason
     boxed = {
         "start": {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0},
         "goal": {"x_m": 20.0, "y_m": 0.0, "heading_rad": 0.0},

@@ -75,8 +75,12 @@ def refine(
 
 def shorter_than_diagonal(case: ParkingCase) -> bool:
     """A slot in which not even a car that turns on the spot would find room: only vanishing zigzags are left there."""
-    car = case.vehicle
-    return case.slot is not None and case.slot.length_m < float(np.hypot(car.length_m, car.width_m)) + 2.0 * case.limits.clearance_m - 1e-3
+    return case.slot is not None and case.slot.length_m < turning_length_m(case) - 1e-3
+
+
+def turning_length_m(case: ParkingCase) -> float:
+    """The shortest slot in which a car that turns on the spot has its clearance: the body's diagonal and two clearances."""
+    return float(np.hypot(case.vehicle.length_m, case.vehicle.width_m)) + 2.0 * case.limits.clearance_m
 
 
 class _Side:
