@@ -52,6 +52,18 @@ def configuration(folder: Path, routes: str, net: str = "bends", end_s: float = 
     return folder / "own.sumocfg"
 
 
+def mirrored(folder: Path, routes: str) -> Path:
+    """The same configuration on the network's mirror image, whose traffic keeps left: every lane keeps its index."""
+    text = (NETS / "bends.net.xml").read_text("utf-8").replace("<net ", '<net lefthand="true" ')
+    text = re.sub(r"(?<=,)(-?)([0-9.]+)(?=[ \"])", lambda y: y[2] if y[1] else f"-{y[2]}", text)
+    text = re.sub(r'(?<= y=")(-?)', lambda y: "" if y[1] else "-", text)
+    (folder / "left.net.xml").write_text(text, "utf-8")
+    own = configuration(folder, routes)
+    left = own.with_name("left.sumocfg")
+    left.write_text(own.read_text("utf-8").replace(f"{NETS / 'bends'}", "left"), "utf-8")
+    return left
+
+
 ROUTE = f'<vType id="car" length="4.5" width="1.8" accel="2.6" sigma="0"/><route id="r" edges="{" ".join(BENDS)}"/>'
 EGO = '<vehicle id="ego" type="car" route="r" depart="0.5" departPos="50" departSpeed="20"/>'
 STANDING = '<vehicle id="wall" type="car" route="r" depart="0" departPos="160"><stop lane="first_0" endPos="160" duration="500"/></vehicle>'
@@ -208,6 +220,34 @@ def test_the_planner_stops_where_the_blind_one_hits(tmp_path: Path) -> None:
     assert (episode.error, episode.summary.contacts, episode.summary.unverified_plans) == ("", (), 0)
     assert episode.snapshots[-1].host.speed_mps < 2.0
     assert episode.snapshots[-1].time_s == pytest.approx(8.0, abs=0.11)
+
+
+@pytest.mark.parametrize("lane", [0, 1])
+def test_where_traffic_keeps_left_everything_is_mirrored(tmp_path: Path, lane: int) -> None:
+    """Somebody slow ahead in the host's lane, another farther on beside it: overtaken from lane 0, followed in lane 1."""
+    others = "".join(
+        f'<vehicle id="{name}" type="car" route="r" depart="0" departPos="{s}" departLane="{k}" departSpeed="{v}" maxSpeed="{v}"/>'
+        for name, s, k, v in (("slow", 110, lane, 8), ("far", 300, 1 - lane, 15))
+    )
+    routes = ROUTE.replace('sigma="0"', 'sigma="0" lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0"') + others
+    routes += EGO.replace("departPos", f'departLane="{lane}" departPos')
+    drives = []
+    for config in (configuration(tmp_path, routes), mirrored(tmp_path, routes)):
+        with on_the_road(config) as sumo:
+            driver = SumoDriver(sumo, "ego", "mpc")
+            while len(driver.snapshots) < 60:
+                assert driver.step()
+            drives.append((driver, sumo.vehicle.getPosition3D("ego")))
+    (right, (x, y, _)), (left, place) = drives
+    assert place[:2] == pytest.approx((x, -y), abs=0.1)
+    for one, two in zip(right.snapshots, left.snapshots, strict=True):
+        assert (one.road.lanes_left, one.road.lanes_right) == (two.road.lanes_right, two.road.lanes_left)
+        assert (one.road.left_edge_m, one.road.right_edge_m) == pytest.approx((-two.road.right_edge_m, -two.road.left_edge_m))
+        bodies, images = (one.host, *one.others), (two.host, *two.others)
+        assert [body.lane for body in bodies] == [-image.lane for image in images]
+        assert [body.d_m for body in bodies] == pytest.approx([-image.d_m for image in images], abs=0.05)
+    changed = abs(right.snapshots[-1].host.d_m - right.snapshots[0].host.d_m)
+    assert changed == pytest.approx(3.2 if lane == 0 else 0.0, abs=0.1)
 
 
 def moment(time_s: float, host: tuple[float, float, int], other: tuple[float, float, int]) -> Snapshot:
