@@ -24,6 +24,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.sumo_campaign import lines, summarise
 from mcdas_opt.interop.sumo.connection import Connection, SumoError, started
@@ -34,7 +35,7 @@ from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import Edge, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments
-from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot
+from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot, instant
 
 libsumo = pytest.importorskip("libsumo")
 
@@ -248,6 +249,49 @@ def test_where_traffic_keeps_left_everything_is_mirrored(tmp_path: Path, lane: i
         assert [body.d_m for body in bodies] == pytest.approx([-image.d_m for image in images], abs=0.05)
     changed = abs(right.snapshots[-1].host.d_m - right.snapshots[0].host.d_m)
     assert changed == pytest.approx(3.2 if lane == 0 else 0.0, abs=0.1)
+
+
+WALKING = '<vType id="walker" vClass="pedestrian" length="0.4" width="0.6"/>'
+WALKING += '<person id="{}" type="walker" depart="0" departPos="170"><walk edges="first left" speed="0.2"/></person>'
+
+
+@pytest.mark.parametrize("method", ["blind", "mpc"])
+def test_a_person_who_stands_in_the_lane_is_seen_and_a_contact_counts(tmp_path: Path, method: str) -> None:
+    """Called as the vehicle behind the host is."""
+    ego = EGO.replace("departPos", 'departLane="0" departPos')
+    behind = ego.replace('"ego"', '"twin"').replace('"50"', '"10"')
+    with on_the_road(configuration(tmp_path, ROUTE + WALKING.format("twin") + behind + ego)) as sumo:
+        driver = SumoDriver(sumo, "ego", Blind(SumoDriver(sumo, "ego", "sumo").vehicle) if method == "blind" else method)
+        while len(driver.snapshots) < 70 and not driver.contacts:
+            sumo.person.moveToXY("twin", "first", 170.0, -4.8, keepRoute=2)
+            assert driver.step()
+            if len(driver.snapshots) == 2:
+                tracks = {track.id: track for track in driver.situation().tracks}
+    assert set(tracks) == {"twin", "person twin"}
+    person, host = tracks["person twin"], driver.snapshots[1].host
+    assert (person.kind, person.length_m, person.width_m) == (BodyKind.PEDESTRIAN, 0.4, 0.6)
+    assert (tracks["twin"].kind, tracks["twin"].length_m) == (None, 4.5)
+    assert (person.s_m, person.d_m, person.speed_s_mps) == pytest.approx((169.8, 0.0, 0.0), abs=0.02)
+    assert tracks["twin"].s_m < host.s_m
+    if method == "blind":
+        assert [(one.other, one.cause) for one in driver.contacts] == [("person twin", Cause.HOST)]
+        assert driver.contacts[0].speed_mps == pytest.approx(20.0, abs=1.0)
+    else:
+        assert driver.contacts == []
+        assert driver.snapshots[-1].host.s_m < 168.0 or abs(driver.snapshots[-1].host.d_m) > 1.5
+
+
+def test_who_sits_in_a_car_is_nobody_and_who_walks_beside_the_lanes_is_in_none(tmp_path: Path) -> None:
+    riding = '<person id="rider" depart="triggered"><ride from="first" to="last" lines="ego"/></person>'
+    with on_the_road(configuration(tmp_path, ROUTE + WALKING.format("walker") + EGO + riding)) as sumo:
+        driver = SumoDriver(sumo, "ego", "sumo")
+        for _ in range(20):
+            sumo.person.moveToXY("walker", "first", 170.0, -9.0, keepRoute=2)
+            assert driver.step()
+            assert sumo.vehicle.getPersonIDList("ego") == ("rider",)
+    now = driver.snapshots[-1]
+    assert [(body.id, body.lane) for body in now.others] == [("person walker", -1)]
+    assert instant(now.time_s, now.host, now.others).leader is None
 
 
 def moment(time_s: float, host: tuple[float, float, int], other: tuple[float, float, int]) -> Snapshot:
