@@ -26,7 +26,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.evaluation.sumo_campaign import lines, summarise
+from mcdas_opt.evaluation.sumo_campaign import lines, markdown, summarise
 from mcdas_opt.interop.sumo.connection import Connection, SumoError, started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
@@ -421,6 +421,26 @@ def test_the_table_counts_by_driver_and_compares_seed_by_seed() -> None:
     cells = dict(lines(found))
     assert cells["followers who brake > 4 m/s^2, of lane changes"][0].startswith("5 of 10")
     assert cells["mean speed over sumo's, same seeds"] == ["200.00 % [too few]", "-"]
+
+
+def test_drives_that_have_no_duration_have_no_figures_and_the_table_says_so() -> None:
+    """SUMO took the vehicle away in its first step; or the other stood all along."""
+    none = {"duration_s": 0.0, "distance_m": 0.0, "following_s": 0.0}
+    gone = [one | {"ordinary": one["ordinary"] | none} for one in (row(k, "mpc", 0.0, 0.0) for k in range(5))]  # type: ignore[operator]
+    driven = [row(k, "sumo", 1000.0 + k, 0.0) for k in range(5)]
+    stood = [row(k, "sumo", 1000.0 * (k == 0), 0.0) for k in range(5)]
+    for rows, drivers, said in (
+        (gone + driven, ["mpc", "sumo"], "-"),
+        (driven + gone, ["sumo", "mpc"], "-"),
+        ([row(k, "mpc", 500.0, 0.0) for k in range(5)] + [row(k, "sumo", 0.0, 0.0) for k in range(5)], ["mpc", "sumo"], "-"),
+        ([row(k, "mpc", 500.0, 0.0) for k in range(5)] + stood, ["mpc", "sumo"], "250.00"),
+        ([*gone[:1], *(row(k, "mpc", 500.0, 0.0) for k in range(1, 5)), *driven], ["mpc", "sumo"], "49.88 % [too few]"),
+    ):
+        found = summarise(rows, drivers)
+        json.dumps(found, allow_nan=False)
+        cells = dict(lines(found))
+        assert cells[f"mean speed over {drivers[-1]}'s, same seeds"][0].startswith(said)
+        assert "mean speed" in markdown("a run", found)
 
 
 @pytest.mark.parametrize("n", [1, 2, 4])
