@@ -192,6 +192,17 @@ class Road:
         inside = [k for k in there if d_m < borders[k + 1]]
         return (inside[0] if inside else there[-1] if there else self.lanes_right) - self.lanes_right
 
+    def lanes_of(self, d_m: Array, s_m: Array) -> Array:
+        """`lane_of` at many places (n,): whole numbers."""
+        if self.borders is None:
+            return np.asarray(np.clip(np.floor(d_m / self.lane_width_m + 0.5), -self.lanes_right, self.lanes_left))
+        borders = np.array([np.interp(s_m, self.borders.s_m, row) for row in self.borders.d_m])
+        there = np.diff(borders, axis=0) > _NOTHING_M
+        there[[lane.lane + self.lanes_right for lane in self.lanes if lane.shoulder]] = False
+        inside = there & (d_m < borders[1:])
+        outermost = np.where(there.any(axis=0), len(there) - 1 - np.argmax(there[::-1], axis=0), self.lanes_right)
+        return np.asarray(np.where(inside.any(axis=0), np.argmax(inside, axis=0), outermost) - self.lanes_right)
+
     def lane_centre_m(self, lane: int, s_m: float) -> float:
         """d of the middle of a lane [m] at s [m]."""
         if self.borders is None:

@@ -49,41 +49,61 @@ def scenario_files(data: Path) -> Iterator[list[Path]]:
     """The scenarios (XML) behind a folder, an archive or a single file, in the names' order. Raises `InputError` where there is none."""
     with tempfile.TemporaryDirectory() as folder:
         if data.is_dir():
-            archives = sorted([*data.rglob("*.tar.xz"), *data.rglob("*.tar.gz")])
-            found = list(data.rglob("*.xml"))
+            archives = sorted(path for path in data.rglob("*") if path.name.lower().endswith((".tar.xz", ".tar.gz")))
+            found = _scenarios(data)
         else:
-            archives, found = ([], [data]) if data.suffix == ".xml" else ([data], [])
+            archives, found = ([], [data]) if data.suffix.lower() == ".xml" else ([data], [])
         for one in archives:
             try:
-                with reading(one), tarfile.open(one) as archive:
-                    archive.extractall(folder, filter="data")
+                with reading(one), tarfile.open(one) as archive:  # each on its own: two may hold a file of one name
+                    archive.extractall(Path(folder) / (one.relative_to(data) if data.is_dir() else one.name), filter="data")
             except tarfile.TarError as error:
                 raise InputError(one, "", None, f"is no archive that can be read: {error}") from None
-        found += Path(folder).rglob("*.xml")
+        found += _scenarios(Path(folder))
         if not found:
             raise InputError(data, "", None, "holds no CommonRoad scenario (*.xml, or an archive *.tar.xz of them)")
-        yield sorted(found, key=lambda path: path.stem)
+        yield sorted(found, key=lambda path: (path.stem, path.parts[::-1]))
+
+
+def _scenarios(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob("*") if path.suffix.lower() == ".xml" and path.is_file()]
+
+
+def scenario_names(paths: Sequence[Path]) -> list[str]:
+    """What each file's rows are called: its stem; of files of one stem, as much of their paths as tells them apart."""
+    alike: dict[str, list[tuple[str, ...]]] = {}
+    for path in paths:
+        alike.setdefault(path.stem, []).append(path.parts)
+    return [path.stem if len(alike[path.stem]) == 1 else _apart(path.parts, alike[path.stem]) for path in paths]
+
+
+def _apart(path: tuple[str, ...], others: Sequence[tuple[str, ...]]) -> str:
+    """The least of the path's end, its folder at least, that no other path ends in."""
+    ends = (path[-n:] for n in range(2, len(path)) if [one[-n:] for one in others].count(path[-n:]) == 1)
+    return "/".join(next(ends, path))
 
 
 def run(
     paths: Sequence[Path], planners: Sequence[str], folder: Path, executor: Executor, *, limit_s: float, resume: bool, progress: Progress
 ) -> tuple[Record, ...]:
     """The rows, by scenario and planner, each written as it comes. Raises `InputError` for a folder of another run."""
-    manifest = {"suite": SUITE, "scenarios": [path.stem for path in paths], "planners": list(planners)}
+    scenarios = scenario_names(paths)
+    manifest = {"suite": SUITE, "scenarios": scenarios, "planners": list(planners)}
     open_folder(folder, manifest | {"versions": provenance.versions(), "commit": provenance.commit()})
     with Journal(folder / JOURNAL) as journal:
         if journal.records and not resume:
             raise InputError(folder, "", None, "holds rows of this very run: add --resume to go on, or name another --out")
         there = {(row["scenario"], row["planner"]) for row in journal.records}
-        wanted = [(path, planner) for path in paths for planner in planners if (path.stem, planner) not in there]
-        tasks = [Task(driven, (path, planner, folder / PICTURES), limit_s) for path, planner in wanted]
+        named = list(zip(scenarios, paths, strict=True))
+        wanted = [(name, path, planner) for name, path in named for planner in planners if (name, planner) not in there]
+        tasks = [Task(driven, (name, path, planner, folder / PICTURES), limit_s) for name, path, planner in wanted]
         for done, (number, answer) in enumerate(executor.run(tasks), start=1 + len(there)):
-            path, planner = wanted[number]
-            failed = {"scenario": path.stem, "planner": planner, "kind": "", "end": FAILED, "why": answer.reason}
+            name, _, planner = wanted[number]
+            failed = {"scenario": name, "planner": planner, "kind": "", "end": FAILED, "why": answer.reason}
             journal.append(answer.value if answer.ended is Ended.RETURNED else failed)
             progress("drives", done, len(paths) * len(planners))
         found = {(row["scenario"], row["planner"]): row for row in journal.records}
-    rows = shown_by_others([found[path.stem, planner] for path in paths for planner in planners])
+    rows = shown_by_others([found[name, planner] for name in scenarios for planner in planners])
     text = StringIO()
     writer = csv.DictWriter(text, _COLUMNS, restval="", lineterminator="\n")
     writer.writeheader()
@@ -92,14 +112,14 @@ def run(
     return rows
 
 
-def driven(path: Path, planner: str, pictures: Path) -> Record:
+def driven(name: str, path: Path, planner: str, pictures: Path) -> Record:
     """One scenario as a row; a loss has the reason of the last plan in it and a picture, a refusal the rule that was broken."""
     from mcdas_opt.interop.commonroad.scenario import read_scenario
     from mcdas_opt.interop.commonroad.solution import goal_reached_s
     from mcdas_opt.simulation.loop import simulate
 
     warnings.simplefilter("ignore")  # the reader's
-    row: Record = {"scenario": path.stem, "planner": planner, "kind": kind_of(path.read_text("utf-8", "replace"))}
+    row: Record = {"scenario": name, "planner": planner, "kind": kind_of(path.read_text("utf-8", "replace"))}
     try:
         read = read_scenario(path)
     except InputError as error:
@@ -113,7 +133,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
     if end == SAFE and not is_there and read.map_end_s_m is not None and last_m > read.map_end_s_m:
         end = OFF_THE_MAP
     if end != SAFE:
-        _draw(drive, pictures / f"{path.stem}-{planner}.png")
+        _draw(drive, pictures / f"{name.replace('/', '-')}-{planner}.png")
     last = drive.cycles[-1].plan
     blame, chance_s = ("", None) if end == SAFE else (OURS, None) if end == OFF_THE_MAP else blame_of(drive)
     return row | {

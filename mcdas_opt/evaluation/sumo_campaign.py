@@ -142,16 +142,20 @@ def draw(episode: Episode, folder: Path) -> list[str]:
 
 
 def summarise(rows: Sequence[Record], drivers: Sequence[str]) -> Record:
-    """By driver: counts with Clopper-Pearson intervals, ratios of sums with intervals over episodes; and speed against the last driver."""
+    """By driver: counts with Clopper-Pearson intervals, ratios of sums with intervals over episodes; and speed against the last driver.
+
+    A figure that nothing was driven for is None; so is the speed against somebody who never moved.
+    """
     by_driver = {driver: [row for row in rows if row["driver"] == driver] for driver in drivers}
     found = {driver: _figures(mine) for driver, mine in by_driver.items()}
     reference = by_driver[drivers[-1]]
     for driver in drivers[:-1]:
         own = {row["seed"]: row["ordinary"] for row in by_driver[driver]}
         pairs = [(own[row["seed"]], row["ordinary"]) for row in reference if row["seed"] in own]
-        speeds = np.array([[ours["distance_m"], ours["duration_s"], theirs["distance_m"], theirs["duration_s"]] for ours, theirs in pairs])
-        ratio = _bootstrap(speeds, lambda sums: (sums[..., 0] / sums[..., 1]) / (sums[..., 2] / sums[..., 3]))
-        found[driver][f"speed_over_{drivers[-1]}"] = to_document(ratio)
+        driven = [(ours, theirs) for ours, theirs in pairs if min(ours["duration_s"], theirs["duration_s"]) > 0.0]
+        speeds = np.array([[one[key] for one in pair for key in ("distance_m", "duration_s")] for pair in driven]).reshape(-1, 4)
+        ratio = _bootstrap(speeds, _over) if speeds[:, 2].any() else None
+        found[driver][f"speed_over_{drivers[-1]}"] = None if ratio is None else to_document(ratio)
     return found
 
 
@@ -194,12 +198,18 @@ def _figures(rows: Sequence[Record]) -> Record:
     }
 
 
+def _over(sums: Array) -> Array:
+    """Distance by duration, by distance by duration; not a number where the other stood."""
+    ours, theirs = sums[..., 0] * sums[..., 3], sums[..., 1] * sums[..., 2]
+    return np.asarray(np.divide(ours, theirs, out=np.full_like(ours, np.nan), where=theirs > 0.0))
+
+
 def _bootstrap(parts: Array, figure: Callable[[Array], Array]) -> Ratio:
-    """`figure` of the column sums of (episodes, columns), and its percentiles over resampled episodes."""
+    """`figure` of the column sums of (episodes, columns), and its percentiles over resampled episodes that it is a number for."""
     rng = np.random.default_rng(1)
     chosen = rng.integers(0, len(parts), (_RESAMPLES, len(parts)))
     spread = figure(parts[chosen].sum(axis=1))
-    low, high = (float(end) for end in np.quantile(spread, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)]))
+    low, high = (float(end) for end in np.nanquantile(spread, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)]))
     value = float(figure(parts.sum(axis=0)))
     if len(parts) < _FEWEST or high - low <= _SAME * max(abs(value), 1.0):
         return Ratio(value=value, low=None, high=None)

@@ -52,10 +52,10 @@ def times_to_collision(
     """
     s, d, psi, v = (host[:, k] for k in (0, 1, 2, 3))
     speed = v * np.cos(psi) / (1.0 - d * road.curvature_at(s))
-    lane = _lanes(d, road)
+    lane = road.lanes_of(d, s)
     least = [np.inf, np.inf]
     for motion, (length, width) in zip(neighbours, sizes, strict=True):
-        sharing = (np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m)) | (_lanes(motion.d_m, road) == lane)
+        sharing = (np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m)) | (road.lanes_of(motion.d_m, motion.s_m) == lane)
         gap = np.abs(motion.s_m - s) - 0.5 * (length + vehicle.length_m)
         ahead = motion.s_m > s
         closing = np.where(ahead, speed - motion.speed_s_mps, motion.speed_s_mps - speed)
@@ -99,8 +99,3 @@ def driven(history: History, sample_s: float = 0.1) -> Trajectory:
             keep.append(k)
     rows = [*keep, len(u)]
     return Trajectory.from_states(history.t_s[rows], x[rows], u[keep])
-
-
-def _lanes(d: Array, road: Road) -> Array:
-    lanes = np.floor(d / road.lane_width_m + 0.5)
-    return np.asarray(np.clip(lanes, -road.lanes_right, road.lanes_left))

@@ -14,6 +14,7 @@ import numpy as np
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.dynamics.car_following import iso_15622_limits
 from mcdas_opt.simulation.record import Simulation
 
@@ -42,6 +43,7 @@ class Placed:
     length_m: float
     width_m: float
     lane: int  # counted to the left
+    kind: BodyKind | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

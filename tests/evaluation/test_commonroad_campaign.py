@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tarfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,19 @@ from typer.testing import CliRunner
 
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError
-from mcdas_opt.evaluation.commonroad_campaign import NOT_SHOWN, OURS, REFUSED, SAFE, kind_of, scenario_files, shown_by_others, summarise
+from mcdas_opt.evaluation.commonroad_campaign import (
+    NOT_SHOWN,
+    OURS,
+    REFUSED,
+    SAFE,
+    kind_of,
+    run,
+    scenario_files,
+    scenario_names,
+    shown_by_others,
+    summarise,
+)
+from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
 from tests.interop.test_commonroad import scenario
 
 RUN = CliRunner()
@@ -73,6 +86,33 @@ def test_archives_and_folders_are_read_and_an_empty_one_is_refused(tmp_path: Pat
     (tmp_path / "bad.tar.xz").write_text("no archive")
     with pytest.raises(InputError, match="no archive"), scenario_files(tmp_path / "bad.tar.xz"):
         pass
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    for name in ("a/same.xml", "b/same.XML", "b/a/same.xml", "alone.Xml"):
+        (tmp_path / "data" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "data" / name).write_text("<commonRoad/>")
+    for one in ("one", "two"):
+        with tarfile.open(tmp_path / "data" / f"{one}.tar.gz", "w:gz") as archive:
+            archive.add(tmp_path / "data" / "a" / "same.xml", "same.xml")
+    with scenario_files(tmp_path / "data") as found:
+        names = scenario_names(found)
+        rows = run(found, ["x"], tmp_path / "out", Named(), limit_s=1.0, resume=False, progress=lambda *_: None)
+    kept = ["alone", "b/a/same.xml", "b/same.XML", "data/a/same.xml", "one.tar.gz/same.xml", "two.tar.gz/same.xml"]
+    assert sorted(names) == kept
+    assert [(row["scenario"], row["why"]) for row in rows] == [(name, name) for name in names]
+
+
+def test_a_file_in_the_folder_that_one_is_in_has_no_more_than_its_name() -> None:
+    assert scenario_names([Path("x.xml"), Path("a/x.xml"), Path("y.xml")]) == ["x.xml", "a/x.xml", "y"]
+
+
+class Named:
+    """Drives nothing: a row is called as it was asked for."""
+
+    def run(self, tasks: list[Task]) -> Iterator[tuple[int, Answer]]:
+        for k, task in enumerate(tasks):
+            yield k, Answer(Ended.RETURNED, row(task.arguments[0], "x", SAFE, why=task.arguments[0]))
 
 
 def test_the_command_drives_a_folder_and_goes_on_where_it_was_stopped(tmp_path: Path) -> None:

@@ -24,8 +24,9 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.evaluation.sumo_campaign import lines, summarise
+from mcdas_opt.evaluation.sumo_campaign import lines, markdown, summarise
 from mcdas_opt.interop.sumo.connection import Connection, SumoError, started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
@@ -34,7 +35,7 @@ from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import Edge, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments
-from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot
+from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot, instant
 
 libsumo = pytest.importorskip("libsumo")
 
@@ -50,6 +51,18 @@ def configuration(folder: Path, routes: str, net: str = "bends", end_s: float = 
     text = text.replace(f"{net}.rou.xml", "own.rou.xml").replace('<end value="600"/>', f'<end value="{end_s:g}"/><route-steps value="1"/>')
     (folder / "own.sumocfg").write_text(text, "utf-8")
     return folder / "own.sumocfg"
+
+
+def mirrored(folder: Path, routes: str) -> Path:
+    """The same configuration on the network's mirror image, whose traffic keeps left: every lane keeps its index."""
+    text = (NETS / "bends.net.xml").read_text("utf-8").replace("<net ", '<net lefthand="true" ')
+    text = re.sub(r"(?<=,)(-?)([0-9.]+)(?=[ \"])", lambda y: y[2] if y[1] else f"-{y[2]}", text)
+    text = re.sub(r'(?<= y=")(-?)', lambda y: "" if y[1] else "-", text)
+    (folder / "left.net.xml").write_text(text, "utf-8")
+    own = configuration(folder, routes)
+    left = own.with_name("left.sumocfg")
+    left.write_text(own.read_text("utf-8").replace(f"{NETS / 'bends'}", "left"), "utf-8")
+    return left
 
 
 ROUTE = f'<vType id="car" length="4.5" width="1.8" accel="2.6" sigma="0"/><route id="r" edges="{" ".join(BENDS)}"/>'
@@ -210,6 +223,77 @@ def test_the_planner_stops_where_the_blind_one_hits(tmp_path: Path) -> None:
     assert episode.snapshots[-1].time_s == pytest.approx(8.0, abs=0.11)
 
 
+@pytest.mark.parametrize("lane", [0, 1])
+def test_where_traffic_keeps_left_everything_is_mirrored(tmp_path: Path, lane: int) -> None:
+    """Somebody slow ahead in the host's lane, another farther on beside it: overtaken from lane 0, followed in lane 1."""
+    others = "".join(
+        f'<vehicle id="{name}" type="car" route="r" depart="0" departPos="{s}" departLane="{k}" departSpeed="{v}" maxSpeed="{v}"/>'
+        for name, s, k, v in (("slow", 110, lane, 8), ("far", 300, 1 - lane, 15))
+    )
+    routes = ROUTE.replace('sigma="0"', 'sigma="0" lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0"') + others
+    routes += EGO.replace("departPos", f'departLane="{lane}" departPos')
+    drives = []
+    for config in (configuration(tmp_path, routes), mirrored(tmp_path, routes)):
+        with on_the_road(config) as sumo:
+            driver = SumoDriver(sumo, "ego", "mpc")
+            while len(driver.snapshots) < 60:
+                assert driver.step()
+            drives.append((driver, sumo.vehicle.getPosition3D("ego")))
+    (right, (x, y, _)), (left, place) = drives
+    assert place[:2] == pytest.approx((x, -y), abs=0.1)
+    for one, two in zip(right.snapshots, left.snapshots, strict=True):
+        assert (one.road.lanes_left, one.road.lanes_right) == (two.road.lanes_right, two.road.lanes_left)
+        assert (one.road.left_edge_m, one.road.right_edge_m) == pytest.approx((-two.road.right_edge_m, -two.road.left_edge_m))
+        bodies, images = (one.host, *one.others), (two.host, *two.others)
+        assert [body.lane for body in bodies] == [-image.lane for image in images]
+        assert [body.d_m for body in bodies] == pytest.approx([-image.d_m for image in images], abs=0.05)
+    changed = abs(right.snapshots[-1].host.d_m - right.snapshots[0].host.d_m)
+    assert changed == pytest.approx(3.2 if lane == 0 else 0.0, abs=0.1)
+
+
+WALKING = '<vType id="walker" vClass="pedestrian" length="0.4" width="0.6"/>'
+WALKING += '<person id="{}" type="walker" depart="0" departPos="170"><walk edges="first left" speed="0.2"/></person>'
+
+
+@pytest.mark.parametrize("method", ["blind", "mpc"])
+def test_a_person_who_stands_in_the_lane_is_seen_and_a_contact_counts(tmp_path: Path, method: str) -> None:
+    """Called as the vehicle behind the host is."""
+    ego = EGO.replace("departPos", 'departLane="0" departPos')
+    behind = ego.replace('"ego"', '"twin"').replace('"50"', '"10"')
+    with on_the_road(configuration(tmp_path, ROUTE + WALKING.format("twin") + behind + ego)) as sumo:
+        driver = SumoDriver(sumo, "ego", Blind(SumoDriver(sumo, "ego", "sumo").vehicle) if method == "blind" else method)
+        while len(driver.snapshots) < 70 and not driver.contacts:
+            sumo.person.moveToXY("twin", "first", 170.0, -4.8, keepRoute=2)
+            assert driver.step()
+            if len(driver.snapshots) == 2:
+                tracks = {track.id: track for track in driver.situation().tracks}
+    assert set(tracks) == {"twin", "person twin"}
+    person, host = tracks["person twin"], driver.snapshots[1].host
+    assert (person.kind, person.length_m, person.width_m) == (BodyKind.PEDESTRIAN, 0.4, 0.6)
+    assert (tracks["twin"].kind, tracks["twin"].length_m) == (None, 4.5)
+    assert (person.s_m, person.d_m, person.speed_s_mps) == pytest.approx((169.8, 0.0, 0.0), abs=0.02)
+    assert tracks["twin"].s_m < host.s_m
+    if method == "blind":
+        assert [(one.other, one.cause) for one in driver.contacts] == [("person twin", Cause.HOST)]
+        assert driver.contacts[0].speed_mps == pytest.approx(20.0, abs=1.0)
+    else:
+        assert driver.contacts == []
+        assert driver.snapshots[-1].host.s_m < 168.0 or abs(driver.snapshots[-1].host.d_m) > 1.5
+
+
+def test_who_sits_in_a_car_is_nobody_and_who_walks_beside_the_lanes_is_in_none(tmp_path: Path) -> None:
+    riding = '<person id="rider" depart="triggered"><ride from="first" to="last" lines="ego"/></person>'
+    with on_the_road(configuration(tmp_path, ROUTE + WALKING.format("walker") + EGO + riding)) as sumo:
+        driver = SumoDriver(sumo, "ego", "sumo")
+        for _ in range(20):
+            sumo.person.moveToXY("walker", "first", 170.0, -9.0, keepRoute=2)
+            assert driver.step()
+            assert sumo.vehicle.getPersonIDList("ego") == ("rider",)
+    now = driver.snapshots[-1]
+    assert [(body.id, body.lane) for body in now.others] == [("person walker", -1)]
+    assert instant(now.time_s, now.host, now.others).leader is None
+
+
 def moment(time_s: float, host: tuple[float, float, int], other: tuple[float, float, int]) -> Snapshot:
     bodies = [
         Placed(id=name, s_m=s, d_m=d, speed_mps=20.0, length_m=4.5, width_m=1.8, lane=lane)
@@ -337,6 +421,26 @@ def test_the_table_counts_by_driver_and_compares_seed_by_seed() -> None:
     cells = dict(lines(found))
     assert cells["followers who brake > 4 m/s^2, of lane changes"][0].startswith("5 of 10")
     assert cells["mean speed over sumo's, same seeds"] == ["200.00 % [too few]", "-"]
+
+
+def test_drives_that_have_no_duration_have_no_figures_and_the_table_says_so() -> None:
+    """SUMO took the vehicle away in its first step; or the other stood all along."""
+    none = {"duration_s": 0.0, "distance_m": 0.0, "following_s": 0.0}
+    gone = [one | {"ordinary": one["ordinary"] | none} for one in (row(k, "mpc", 0.0, 0.0) for k in range(5))]  # type: ignore[operator]
+    driven = [row(k, "sumo", 1000.0 + k, 0.0) for k in range(5)]
+    stood = [row(k, "sumo", 1000.0 * (k == 0), 0.0) for k in range(5)]
+    for rows, drivers, said in (
+        (gone + driven, ["mpc", "sumo"], "-"),
+        (driven + gone, ["sumo", "mpc"], "-"),
+        ([row(k, "mpc", 500.0, 0.0) for k in range(5)] + [row(k, "sumo", 0.0, 0.0) for k in range(5)], ["mpc", "sumo"], "-"),
+        ([row(k, "mpc", 500.0, 0.0) for k in range(5)] + stood, ["mpc", "sumo"], "250.00"),
+        ([*gone[:1], *(row(k, "mpc", 500.0, 0.0) for k in range(1, 5)), *driven], ["mpc", "sumo"], "49.88 % [too few]"),
+    ):
+        found = summarise(rows, drivers)
+        json.dumps(found, allow_nan=False)
+        cells = dict(lines(found))
+        assert cells[f"mean speed over {drivers[-1]}'s, same seeds"][0].startswith(said)
+        assert "mean speed" in markdown("a run", found)
 
 
 @pytest.mark.parametrize("n", [1, 2, 4])

@@ -60,6 +60,16 @@ def test_the_next_lane_is_no_collision_course() -> None:
     assert drive.outcome is Outcome.SAFE
 
 
+@pytest.mark.parametrize(("d_m", "counts"), [(2.95, True), (5.15, False)])
+def test_a_lane_of_its_own_width_counts_as_wide_as_it_is(d_m: float, counts: bool) -> None:
+    """Two lanes of 2.2 m beside one of 3.7 m: their middles are 2.2 m apart, both nearest to that of a usual lane 1."""
+    lanes = [{"lane": k, "width_m": [[-100.0, 2.2], [400.0, 2.2]]} for k in (1, 2)]
+    road = {"lanes_left": 2, "lanes_right": 0, "lane": lanes}
+    scene = make_scene(car("slow", 25.0, 10.0, d_m=d_m), road=road, host={"d_m": 2.95, "speed_mps": 15.0}, duration_s=1.0)
+    drive = simulate(scene, FakeDriver())
+    assert (drive.min_ttc_front_s is not None) == counts
+
+
 def test_a_collision_ends_the_drive_with_its_relative_speed() -> None:
     scene = make_scene(car("wall", 20.0, 0.0), duration_s=5.0)
     drive = simulate(scene, FakeDriver())

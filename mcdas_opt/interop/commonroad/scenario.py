@@ -18,34 +18,22 @@ from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.goal import destination
 from mcdas_opt.interop.commonroad.lane_line import LaneLine, Placement, fit
 from mcdas_opt.interop.commonroad.lanes import EgoLane, ego_lane, goal_lanelets
 from mcdas_opt.interop.commonroad.library import read_file
+from mcdas_opt.interop.commonroad.obstacle import Recorded, recorded
 from mcdas_opt.interop.commonroad.road_lanes import with_lanes, with_surface
 
 VEHICLE = "bmw_320i"  # vehicle type 2 of the benchmarks
 VEHICLE_FILE = "commonroad_bmw_320i.toml"
 SCENE_FILE = "scene.toml"
-_REACH_D_M, _MARGIN_S_M = 60.0, 20.0  # a neighbour further off the road than this is none
 _LONGEST_S = 600.0
 _ABOVE_MEAN, _HELD_UP = 1.25, 0.5
 _LEAST_TOP_MPS, _TOP_TIMES = 20.0, 1.5  # nobody in these scenarios drives faster than so, or so many times its first speed
-_KINDS = {
-    "car": BodyKind.CAR,
-    "taxi": BodyKind.CAR,
-    "parkedVehicle": BodyKind.CAR,
-    "truck": BodyKind.LORRY,
-    "bus": BodyKind.LORRY,
-    "motorcycle": BodyKind.MOTORCYCLE,
-    "bicycle": BodyKind.BICYCLE,
-    "pedestrian": BodyKind.PEDESTRIAN,
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,15 +102,15 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
     goal, off = destination(chosen, scenario.lanelet_network, road, lane, line.placement, begun, float(scenario.dt), car)
     names: dict[str, int] = {}
     left_out: dict[int, str] = {}
-    tables: dict[str, tuple[Array, float, float, BodyKind | None]] = {}
+    tables: dict[str, Recorded] = {}
     for obstacle in [*scenario.dynamic_obstacles, *scenario.static_obstacles]:
-        samples, why = _samples(obstacle, scenario.dt, first.time_step, duration, line.placement, frame)
-        if samples is None:
-            left_out[int(obstacle.obstacle_id)] = why
+        found = recorded(obstacle, float(scenario.dt), int(first.time_step), duration, line.placement, frame)
+        if isinstance(found, str):
+            left_out[int(obstacle.obstacle_id)] = found
             continue
         name = f"obstacle-{obstacle.obstacle_id}"
         names[name] = int(obstacle.obstacle_id)
-        tables[name] = (samples, *_size(obstacle.obstacle_shape), _KINDS.get(obstacle.obstacle_type.value))
+        tables[name] = found
     desired_mps = min(_pace_mps(road, begun, goal), car.speed_max_mps)
     host = {
         "d_m": own_d,
@@ -140,7 +128,9 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         except InputError as error:
             blamed = _blamed(error, list(tables))
             if blamed is None:
-                raise InputError(path, error.key, error.value, error.rule) from None
+                file = Path(error.file)
+                of = "" if file.name == SCENE_FILE else f"{file.stem}: "
+                raise InputError(path, f"{of}{error.key}", error.value, error.rule) from None
             left_out[names.pop(blamed)] = error.rule
             del tables[blamed]
     return CommonRoadScene(
@@ -232,61 +222,21 @@ def _duration(scenario: Any, problem: Any) -> float:
     return round(float(min(max(last * scenario.dt, 1.0), _LONGEST_S)), 9)
 
 
-def _samples(
-    obstacle: Any, dt: float, first_step: int, duration_s: float, placement: Placement, frame: FrenetFrame
-) -> tuple[Array | None, str]:
-    """(n, 5) t, s, d, heading, speed; or None and why not."""
-    from commonroad.prediction.prediction import TrajectoryPrediction
-
-    states = [obstacle.initial_state]
-    if obstacle.obstacle_role.name == "DYNAMIC":
-        if not isinstance(obstacle.prediction, TrajectoryPrediction):
-            return None, "its future is a set of occupancies, no trajectory"
-        states += [state for state in obstacle.prediction.trajectory.state_list if state.time_step > states[0].time_step]
-    t = np.array([dt * (state.time_step - first_step) for state in states], dtype=np.float64)
-    xy = np.array([np.asarray(state.position, dtype=np.float64) for state in states])
-    yaw = np.array([float(state.orientation) for state in states])
-    if len(states) == 1:
-        t, xy, yaw = np.array([0.0, duration_s]), np.repeat(xy, 2, axis=0), np.repeat(yaw, 2)
-        speed = np.zeros(2)
-    else:
-        pace = np.hypot(*np.gradient(xy, t, axis=0).T)
-        speed = np.array([float((state.has_value("velocity") and state.velocity) or pace[k]) for k, state in enumerate(states)])
-    x, y, heading = placement.to_frame(xy[:, 0], xy[:, 1], yaw)
-    s, d, psi = frame.to_road(x, y, heading)
-    if np.abs(d).max() > _REACH_D_M or s.min() < frame.s_min_m + _MARGIN_S_M or s.max() > frame.s_max_m - _MARGIN_S_M:
-        return None, "is never near the ego's road"
-    return np.column_stack([t, s, d, np.unwrap(psi), speed]), ""
-
-
-def _size(shape: Any) -> tuple[float, float]:
-    """(length, width) of a rectangle, of the square about a circle, or of a polygon's extent along its own axes."""
-    from commonroad.geometry.shape import Circle, Rectangle
-
-    if isinstance(shape, Rectangle):
-        return float(shape.length), float(shape.width)
-    if isinstance(shape, Circle):
-        return 2.0 * float(shape.radius), 2.0 * float(shape.radius)
-    length, width = np.ptp(np.asarray(shape.vertices), axis=0)
-    return float(length), float(width)
-
-
 def _files(
     name: str,
     road: Road,
     host: dict[str, Any],
     goal: Destination | None,
-    tables: dict[str, tuple[Array, float, float, BodyKind | None]],
+    tables: dict[str, Recorded],
     duration_s: float,
 ) -> dict[str, str]:
     """The scene's files by name."""
     files: dict[str, str] = {}
     neighbours = []
-    for neighbour, (samples, length, width, kind) in tables.items():
-        leaves = bool(samples[-1, 0] < duration_s)  # there nobody is where his states have ended
-        table = {"name": neighbour, "trajectory": f"{neighbour}.csv", "length_m": length, "width_m": width, "leaves": leaves}
-        neighbours.append(table | {"kind": None if kind is None else kind.value})
-        rows = [",".join(repr(float(value)) for value in row) for row in samples]
+    for neighbour, one in tables.items():
+        table = {"name": neighbour, "trajectory": f"{neighbour}.csv", "length_m": one.length_m, "width_m": one.width_m}
+        neighbours.append(table | {"leaves": one.leaves, "kind": None if one.kind is None else one.kind.value})
+        rows = [",".join(repr(float(value)) for value in row) for row in one.samples]
         files[f"{neighbour}.csv"] = "\n".join([",".join(TRAJECTORY_COLUMNS), *rows]) + "\n"
     document = {
         "name": _plain(name),

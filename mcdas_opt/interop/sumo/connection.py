@@ -15,9 +15,10 @@ from mcdas_opt.errors import InputError, McdasError, MissingExtraError
 
 Point = tuple[float, float]
 # of traci.constants: what is subscribed to around the host
-VEHICLES = 0xA4
+VEHICLES, PERSONS = 0xA4, 0xAE
 LANE_ID, POSITION_3D, ANGLE, SPEED, LENGTH, WIDTH, ACCELERATION = 0x51, 0x39, 0x43, 0x40, 0x44, 0x4D, 0x72
 SUBSCRIBED = (LANE_ID, POSITION_3D, ANGLE, SPEED, LENGTH, WIDTH, ACCELERATION)
+ABOARD = 0xC3  # of a person: the vehicle that it sits in, else ""
 
 
 class VehicleDomain(Protocol):
@@ -44,6 +45,17 @@ class VehicleDomain(Protocol):
     def moveToXY(
         self, vehID: str, edgeID: str, laneIndex: int, x: float, y: float, angle: float, keepRoute: int, matchThreshold: float
     ) -> None: ...
+
+
+class PersonDomain(Protocol):
+    """`traci.person`, as far as it is used."""
+
+    def getLaneID(self, personID: str) -> str: ...
+    def getPosition3D(self, personID: str) -> tuple[float, float, float]: ...
+    def getAngle(self, personID: str) -> float: ...
+    def getSpeed(self, personID: str) -> float: ...
+    def getLength(self, personID: str) -> float: ...
+    def getWidth(self, personID: str) -> float: ...
 
 
 class LaneDomain(Protocol):
@@ -77,6 +89,8 @@ class Connection(Protocol):
 
     @property
     def vehicle(self) -> VehicleDomain: ...
+    @property
+    def person(self) -> PersonDomain: ...
     @property
     def lane(self) -> LaneDomain: ...
     @property

@@ -23,7 +23,7 @@ from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connection, asking
 from mcdas_opt.interop.sumo.record import Contact, SumoSummary, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
-from mcdas_opt.interop.sumo.route import read_route
+from mcdas_opt.interop.sumo.route import keeps_left, read_route
 from mcdas_opt.interop.sumo.traffic import Traffic, centres
 from mcdas_opt.planning.method import Method
 from mcdas_opt.planning.planner import Planner
@@ -46,6 +46,7 @@ class SumoDriver:
     `connection` is the module libsumo, or a connection of traci. `desired_mps` defaults to the speed limit, which binds in any case.
     `look_m`: how far ahead and behind others are seen, exactly; lanes, their ends and limits come from the network. The vehicle is as large
     as in SUMO, accelerates as its type does and brakes as in its emergencies; or it is `vehicle`, which must be as long and as wide.
+    In a network whose traffic keeps left so does the planner, whatever the `settings` say.
     Raises `InputError` for an `ego` that is not there, `ParameterError` for steps that do not make up the planner's cycle.
     """
 
@@ -67,10 +68,10 @@ class SumoDriver:
             positive("look_m", value, "m")
         self._sumo, self.ego, self._desired_mps, self._look_m = connection, ego, desired_mps, look_m
         self._friction = friction
-        settings = settings or Settings()
         with asking("the vehicle was looked for"):
             if ego not in connection.vehicle.getIDList():
                 raise InputError("SUMO", "ego", ego, "is not on the road (it drives from the step after its departure until it arrives)")
+            settings = _as_traffic_keeps(settings or Settings(), keeps_left(connection, connection.vehicle.getRoute(ego)))
             self._step_s = float(connection.simulation.getDeltaT())
             self.vehicle = vehicle or vehicle_of(connection, ego)
             every = settings.cycle_s / self._step_s
@@ -283,6 +284,10 @@ class SumoDriver:
 
     def _time_s(self) -> float:
         return round(float(self._sumo.simulation.getTime()), 9)
+
+
+def _as_traffic_keeps(settings: Settings, left: bool) -> Settings:
+    return replace(settings, manners=replace(settings.manners, drives_on=Side.LEFT)) if left else settings
 
 
 def vehicle_of(sumo: Connection, ego: str) -> Vehicle:

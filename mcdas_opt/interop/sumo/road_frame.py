@@ -91,6 +91,15 @@ class RoadFrame:
         columns = self.section_at(s_m).edge.columns
         return min(max(self.base + self.road_at(s_m).lane_of(d_m, s_m), columns.start), columns.stop - 1)
 
+    def column_beside(self, s_m: float, d_m: float) -> int:
+        """The same; of who is beside all lanes, one that there is not, further out."""
+        columns, road = self.section_at(s_m).edge.columns, self.road_at(s_m)
+        for column, side in ((columns.start, -1), (columns.stop - 1, 1)):
+            half_m = 0.5 * road.lane_width_at(column - self.base, s_m)
+            if side * (d_m - self.centre_m(column, s_m)) > half_m:
+                return column + side
+        return self.column_at(s_m, d_m)
+
     def centre_m(self, column: int, s_m: float) -> float:
         return self.road_at(s_m).lane_centre_m(column - self.base, s_m)
 

@@ -45,27 +45,39 @@ class Edge:
         return self.lanes[min(max(column, self.columns.start), self.columns.stop - 1) - self.columns.start]
 
 
+def keeps_left(sumo: Connection, route: Sequence[str]) -> bool:
+    """Whether the network's traffic keeps left. SUMO counts lanes from the side that traffic keeps to: lane 1 then lies to the right of
+    lane 0. False where no edge of the route has two lanes."""
+    for name in route:
+        if sumo.edge.getLaneNumber(name) > 1:
+            outer, inner = (np.asarray(sumo.lane.getShape(f"{name}_{i}"), dtype=np.float64)[:, :2] for i in (0, 1))
+            way, beside = outer[1] - outer[0], inner[0] - outer[0]
+            return bool(way[0] * beside[1] < way[1] * beside[0])
+    return False
+
+
 def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_class: str) -> tuple[Edge, ...]:
-    """The route's edges from the first of `route` on; column 0 is its lane `lane_index` (0 is the rightmost, as SUMO counts).
+    """The route's edges from the first of `route` on; column 0 is its lane `lane_index`, as SUMO counts.
 
     Lanes beside the route's that others alone may use are left out. Raises `InputError` for a route that no lane goes along.
     """
     found: list[Edge] = []
-    offset = -lane_index
+    to_left = -1 if keeps_left(sumo, route) else 1  # of the column, from one index to the next
+    offset = -to_left * lane_index
     for k, name in enumerate(route):
         last = k + 1 == len(route)
         links = {i: _links(sumo.lane, f"{name}_{i}", None if last else route[k + 1]) for i in range(sumo.edge.getLaneNumber(name))}
         lanes = [
             Lane(
                 id=f"{name}_{i}",
-                column=i + offset,
+                column=to_left * i + offset,
                 shape=np.asarray(sumo.lane.getShape(f"{name}_{i}"), dtype=np.float64)[:, :2],
                 width_m=float(sumo.lane.getWidth(f"{name}_{i}")),
                 limit_mps=float(sumo.lane.getMaxSpeed(f"{name}_{i}")),
                 goes_on=last or bool(ahead),
                 via=ahead[0][1] if ahead else "",
             )
-            for i, ahead in links.items()
+            for i, ahead in sorted(links.items(), key=lambda one: to_left * one[0])
             if _may_use(sumo.lane, f"{name}_{i}", vehicle_class)
         ]
         if not lanes:
@@ -73,7 +85,7 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
         found.append(Edge(id=name, lanes=_together(lanes)))
         if last:
             break
-        shifts = Counter(i + offset - to for i, ahead in links.items() for to, _ in ahead)
+        shifts = Counter(to_left * (i - to) + offset for i, ahead in links.items() for to, _ in ahead)
         if not shifts:
             raise InputError("SUMO network", name, None, f"no lane leads from it to {route[k + 1]}")
         offset = shifts.most_common(1)[0][0]

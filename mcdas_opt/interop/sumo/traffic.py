@@ -1,20 +1,23 @@
-"""Who drives around a SUMO vehicle, in the frame of its road."""
+"""Who drives or walks around a SUMO vehicle, in the frame of its road."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.interop.sumo.connection import (
+    ABOARD,
     ACCELERATION,
     ANGLE,
     LANE_ID,
     LENGTH,
+    PERSONS,
     POSITION_3D,
     SPEED,
     SUBSCRIBED,
@@ -41,7 +44,8 @@ class Traffic:
 
     def subscribe(self) -> None:
         """Asks SUMO for everybody near the host, from the next step on."""
-        self.sumo.vehicle.subscribeContext(self.host, VEHICLES, max(self.look_m) + 20.0, SUBSCRIBED)
+        for domain, facts in ((VEHICLES, SUBSCRIBED), (PERSONS, (ABOARD,))):
+            self.sumo.vehicle.subscribeContext(self.host, domain, max(self.look_m) + 20.0, facts)
 
     def forget(self) -> None:
         """Positions across another frame cannot be compared with those before."""
@@ -49,7 +53,7 @@ class Traffic:
 
     def around(self, frame: RoadFrame, s_m: float, time_s: float) -> tuple[Placed, ...]:
         """Everybody near on the host's road, or over it: bodies in the frame, speeds along it."""
-        found = self.sumo.vehicle.getContextSubscriptionResults(self.host)
+        found = self._found()
         level = float(self.sumo.vehicle.getPosition3D(self.host)[2])
         near = {name: facts for name, facts in found.items() if name != self.host and abs(facts[POSITION_3D][2] - level) < _LEVEL_M}
         if not near:
@@ -61,6 +65,8 @@ class Traffic:
         for k, (name, facts) in enumerate(near.items()):
             if not -self.look_m[1] <= s[k] - s_m <= self.look_m[0] or not _on_road(frame, float(s[k]), float(d[k]), facts):
                 continue
+            kind = BodyKind.PEDESTRIAN if ABOARD in facts else None
+            column_at = frame.column_at if kind is None else frame.column_beside
             stretch = max(1.0 - float(d[k]) * frame.curvature_at(float(s[k])), 0.1)
             bodies.append(
                 Placed(
@@ -72,7 +78,8 @@ class Traffic:
                     acceleration_mps2=float(facts[ACCELERATION]),
                     length_m=float(facts[LENGTH]),
                     width_m=float(facts[WIDTH]),
-                    lane=frame.column_at(float(s[k]), float(d[k])),
+                    lane=column_at(float(s[k]), float(d[k])),
+                    kind=kind,
                 )
             )
         self._learn(bodies, time_s)
@@ -94,7 +101,33 @@ class Traffic:
                 age_s=time_s - seen.first_s,
                 acceleration_s_mps2=acceleration,
                 acceleration_s_sd_mps2=sd,
+                heading_rad=None if body.kind is None else body.heading_rad,
+                kind=body.kind,
             )
+
+    def _found(self) -> dict[str, Mapping[int, Any]]:
+        """What SUMO says of each. People are told apart by name: a vehicle may be called alike, and SUMO answers for both in one."""
+        found: dict[str, Mapping[int, Any]] = {}
+        for name, facts in self.sumo.vehicle.getContextSubscriptionResults(self.host).items():
+            if POSITION_3D in facts:
+                found[name] = {key: facts[key] for key in SUBSCRIBED}
+            if facts.get(ABOARD) == "":
+                found[f"person {name}"] = self._on_foot(name)
+        return found
+
+    def _on_foot(self, name: str) -> Mapping[int, Any]:
+        """Asked one by one: libsumo 1.28 gives the size of its type in place of a person's."""
+        person = self.sumo.person
+        return {
+            ABOARD: "",
+            LANE_ID: person.getLaneID(name),
+            POSITION_3D: person.getPosition3D(name),
+            ANGLE: person.getAngle(name),
+            SPEED: person.getSpeed(name),
+            LENGTH: person.getLength(name),
+            WIDTH: person.getWidth(name),
+            ACCELERATION: 0.0,
+        }
 
     def _learn(self, bodies: list[Placed], time_s: float) -> None:
         kept = {}
