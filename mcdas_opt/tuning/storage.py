@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import sqlite3
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +32,8 @@ def open_study(file: Path, name: str, fingerprint: dict[str, Any], directions: i
     """The study in `file`, made where there is none. Raises `InputError` for a file that holds anything else, and leaves it as it is."""
     _check(file, name, fingerprint)
     optuna = optuna_module()
-    how = {"connect_args": {"timeout": _LOCKED_S, "factory": _Connection}}
-    storage = optuna.storages.RDBStorage(f"sqlite:///{file}", engine_kwargs=how)
+    how = {"creator": partial(sqlite3.connect, file, timeout=_LOCKED_S, check_same_thread=False, factory=_Connection)}
+    storage = optuna.storages.RDBStorage("sqlite:///study", engine_kwargs=how)  # by name: a URL takes "#", "%", "?", "{" in it for its own
     study = optuna.create_study(study_name=name, storage=storage, directions=["minimize"] * directions, load_if_exists=True)
     study.set_user_attr(_FINGERPRINT, fingerprint)
     return study
@@ -51,7 +52,7 @@ def _check(file: Path, name: str, fingerprint: dict[str, Any]) -> None:
     if head != _MAGIC:
         raise InputError(file, "storage", None, "is not a study's storage (SQLite); nothing was changed")
     try:
-        with contextlib.closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True, timeout=_LOCKED_S)) as base:
+        with contextlib.closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True, timeout=_LOCKED_S)) as base:
             names = {row[0] for row in base.execute("select study_name from studies")}
             rows = base.execute("select value_json from study_user_attributes where key = ?", (_FINGERPRINT,)).fetchall()
     except sqlite3.Error as error:
