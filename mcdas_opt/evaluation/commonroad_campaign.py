@@ -66,17 +66,25 @@ def scenario_files(data: Path) -> Iterator[list[Path]]:
 
 
 def run(
-    paths: Sequence[Path], planners: Sequence[str], folder: Path, executor: Executor, *, limit_s: float, resume: bool, progress: Progress
+    paths: Sequence[Path],
+    planners: Sequence[str],
+    folder: Path,
+    executor: Executor,
+    *,
+    plant: str = "kinematic",
+    limit_s: float,
+    resume: bool,
+    progress: Progress,
 ) -> tuple[Record, ...]:
     """The rows, by scenario and planner, each written as it comes. Raises `InputError` for a folder of another run."""
-    manifest = {"suite": SUITE, "scenarios": [path.stem for path in paths], "planners": list(planners)}
+    manifest = {"suite": SUITE, "scenarios": [path.stem for path in paths], "planners": list(planners), "plant": plant}
     open_folder(folder, manifest | {"versions": provenance.versions(), "commit": provenance.commit()})
     with Journal(folder / JOURNAL) as journal:
         if journal.records and not resume:
             raise InputError(folder, "", None, "holds rows of this very run: add --resume to go on, or name another --out")
         there = {(row["scenario"], row["planner"]) for row in journal.records}
         wanted = [(path, planner) for path in paths for planner in planners if (path.stem, planner) not in there]
-        tasks = [Task(driven, (path, planner, folder / PICTURES), limit_s) for path, planner in wanted]
+        tasks = [Task(driven, (path, planner, folder / PICTURES, plant), limit_s) for path, planner in wanted]
         for done, (number, answer) in enumerate(executor.run(tasks), start=1 + len(there)):
             path, planner = wanted[number]
             failed = {"scenario": path.stem, "planner": planner, "kind": "", "end": FAILED, "why": answer.reason}
@@ -92,7 +100,7 @@ def run(
     return rows
 
 
-def driven(path: Path, planner: str, pictures: Path) -> Record:
+def driven(path: Path, planner: str, pictures: Path, plant: str = "kinematic") -> Record:
     """One scenario as a row; a loss has the reason of the last plan in it and a picture, a refusal the rule that was broken."""
     from mcdas_opt.interop.commonroad.scenario import read_scenario
     from mcdas_opt.interop.commonroad.solution import goal_reached_s
@@ -105,7 +113,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
     except InputError as error:
         return row | {"end": REFUSED, "why": f"{error.key}: {error.rule}" if error.key else error.rule}
     try:
-        drive = simulate(read.scene, planner)
+        drive = simulate(read.scene, planner, plant)
     except McdasError as error:
         return row | {"end": FAILED, "why": str(error)}
     end, last_m = end_of(drive), float(drive.trajectory.s_m[-1])
