@@ -116,6 +116,20 @@ def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:
         (["--heading-jump", "0"], "--heading-jump = 0.0 rad: must be greater than 0"),
         (["--a-bounds", "0.1", "0.2"], "--a-bounds = (0.1, 0.2) 1/m: a is less than 0"),
         (["--front-gap", "5", "--front-speed", "30"], "--front-speed = 30.0 m/s: must lie in"),
+        (
+            ["--scenes", "sandwich", "--storage", "s.db", "--objective", "nonsense", "--side", "up", "--vehicle", "nobody"],
+            "--objective, --side, --vehicle: not read by a study in traffic",
+        ),
+        (["--scenes", "sandwich", "--storage", "s.db", "--friction", "0.9"], "--friction: not read by a study"),
+        (
+            ["--scenes", "sandwich", "--a-bounds", "-3", "-2", "--speed-bounds", "9", "11"],
+            "--a-bounds, --speed-bounds: not read by a study",
+        ),
+        (
+            ["--trials", "5", "--storage", "x.db", "--search", "zzz"],
+            "--trials, --storage, --search: not read by a design, only by a study in traffic: --scenes",
+        ),
+        (["--workers", "1"], "--workers: not read by a design"),
         (["--side", "up"], "--side = 'up': must be left or right"),
     ],
 )
