@@ -1,0 +1,24 @@
+"""An option that a command would not read in the mode that was asked for is refused by name, before anything is done."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command_line import run
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("verify parallel driven.csv --prediction nonsense", "--prediction = 'nonsense': not read by a parking case: nobody moves there"),
+        ("judge parallel driven.csv --prediction scene", "--prediction = 'scene': not read by a parking case: nobody moves there"),
+    ],
+)
+def test_what_nobody_would_read_is_refused(
+    command: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(monkeypatch, capsys, *command.split()) == (2, "", f"mcdas-opt: {words}\n")
+    assert not list(tmp_path.iterdir())
