@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 
 def park(
+    context: typer.Context,
     case: Annotated[
         str,
         typer.Argument(metavar="CASE", help="A case (TOML), a TPCAP CSV, or the name of a shipped case.", autocompletion=completion.cases),
@@ -39,12 +40,17 @@ def park(
     Example: mcdas-opt park parallel --out park.gif
     """
     from mcdas_opt.parking.case_file import load_parking_case
+    from mcdas_opt.parking.closed_form import CLOSED_FORMS
     from mcdas_opt.parking.cost import costs_named
     from mcdas_opt.parking.park import park as run
     from mcdas_opt.parking.program.exchange import ExchangeSettings
     from mcdas_opt.parking.settings import ParkSettings
 
     check_picture(out)
+    if planner in CLOSED_FORMS:
+        options.unread(context, ("cost", "guesses", "checks", "solver", "budget"), f"{planner}, which minimises nothing")
+    elif planner == "search":
+        options.unread(context, ("guesses", "checks", "solver"), "search, only by nlp")
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     settings = ParkSettings(
         costs=costs_named(cost),

@@ -14,6 +14,11 @@ from tests.cli.command_line import run
     [
         ("verify parallel driven.csv --prediction nonsense", "--prediction = 'nonsense': not read by a parking case: nobody moves there"),
         ("judge parallel driven.csv --prediction scene", "--prediction = 'scene': not read by a parking case: nobody moves there"),
+        (
+            "park parallel --planner two-arc --cost time --guesses search --checks duals --solver fatrop --budget 1",
+            "--cost, --guesses, --checks, --solver, --budget: not read by two-arc, which minimises nothing",
+        ),
+        ("park parallel --planner search --cost path --budget 9 --solver ipopt", "--solver: not read by search, only by nlp"),
     ],
 )
 def test_what_nobody_would_read_is_refused(
