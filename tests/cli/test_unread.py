@@ -19,6 +19,8 @@ from tests.cli.command_line import run
             "--cost, --guesses, --checks, --solver, --budget: not read by two-arc, which minimises nothing",
         ),
         ("park parallel --planner search --cost path --budget 9 --solver ipopt", "--solver: not read by search, only by nlp"),
+        ("live --play front_and_rear --interface pcan", "--interface: not read by --play, which has buses of its own"),
+        ("replay front_and_rear --no-plan --planner magic", "--planner: not read by --no-plan"),
     ],
 )
 def test_what_nobody_would_read_is_refused(
