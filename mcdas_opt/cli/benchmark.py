@@ -72,6 +72,7 @@ def benchmark(
     from mcdas_opt.evaluation.suites import expand
     from mcdas_opt.evaluation.summary import contradictions
 
+    options.only_one_sort_of_workers(context, scheduler)
     names = [name.strip() for name in planners.split(",") if name.strip()]
     if suite == "commonroad":
         options.unread(context, ("seed",), "commonroad: its scenarios are not drawn")

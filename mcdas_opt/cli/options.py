@@ -44,3 +44,9 @@ def unread(context: typer.Context, names: Container[str | None], by: str) -> Non
     ]
     if written:
         raise InputError(", ".join(written), "", None, f"not read by {by}")
+
+
+def only_one_sort_of_workers(context: typer.Context, scheduler: str | None) -> None:
+    """Raises `InputError` where both `--workers` and `--scheduler` were written."""
+    if scheduler is not None:
+        unread(context, ("workers",), "--scheduler, which has workers of its own")

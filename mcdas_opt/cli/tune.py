@@ -79,6 +79,7 @@ def tune(
 
         of_design = signature(tune).parameters.keys() - {*_OF_STUDY, *_OF_BOTH}
         options.unread(context, of_design, "a study in traffic (--scenes)")
+        options.only_one_sort_of_workers(context, scheduler)
         suite_file(scenes)
         with named_as_written(scenes="train"):
             study = StudyOptions(

@@ -8,6 +8,8 @@ import pytest
 
 from tests.cli.command_line import run
 
+WORKERS = "--workers: not read by --scheduler, which has workers of its own"
+
 
 @pytest.mark.parametrize(
     ("command", "words"),
@@ -21,6 +23,10 @@ from tests.cli.command_line import run
         ("park parallel --planner search --cost path --budget 9 --solver ipopt", "--solver: not read by search, only by nlp"),
         ("live --play front_and_rear --interface pcan", "--interface: not read by --play, which has buses of its own"),
         ("replay front_and_rear --no-plan --planner magic", "--planner: not read by --no-plan"),
+        ("benchmark sandwich --workers 2 --scheduler tcp://nobody:1", WORKERS),
+        ("benchmark commonroad --data . --workers 2 --scheduler tcp://nobody:1", WORKERS),
+        ("tune --scenes sandwich --storage s.db --workers 2 --scheduler tcp://nobody:1", WORKERS),
+        ("benchmark sandwich --data recordings", "--data = 'recordings': not read by the suite sandwich, which has no recordings"),
     ],
 )
 def test_what_nobody_would_read_is_refused(
