@@ -91,6 +91,8 @@ def tune(
             _study(scenes, trials, storage, study, out, as_json)
         return
     options.unread(context, _OF_STUDY, "a design, only by a study in traffic: --scenes SUITE")
+    if speed_bounds is not None:
+        options.unread(context, ("speed",), "--speed-bounds, within which it is chosen")
     from mcdas_opt.catalogue.vehicles import load_vehicle
     from mcdas_opt.domain.vocabulary import Side
     from mcdas_opt.tuning.design import check_out, design, write_design
@@ -127,6 +129,10 @@ def tune(
             vehicle=load_vehicle(vehicle),
             **{name: value for name, value in chosen.items() if value is not None},
         )
+        if objective == "clearance":
+            options.unread(context, ("clearance",), "--objective clearance, which makes it as large as it can")
+        if request.front is None and request.rear is None:
+            options.unread(context, ("clearance",), "a design that passes nobody: --front-gap or --rear-gap says whom")
         with progress_bar("design"):
             found = design(request)
     with said_before_it_is_written():

@@ -27,6 +27,9 @@ WORKERS = "--workers: not read by --scheduler, which has workers of its own"
         ("benchmark commonroad --data . --workers 2 --scheduler tcp://nobody:1", WORKERS),
         ("tune --scenes sandwich --storage s.db --workers 2 --scheduler tcp://nobody:1", WORKERS),
         ("benchmark sandwich --data recordings", "--data = 'recordings': not read by the suite sandwich, which has no recordings"),
+        ("tune --speed 60km/h --speed-bounds 50km/h 70km/h", "--speed: not read by --speed-bounds, within which it is chosen"),
+        ("tune --objective clearance --clearance 0.5", "--clearance: not read by --objective clearance, which makes it as large as it can"),
+        ("tune --clearance 0.5", "--clearance: not read by a design that passes nobody: --front-gap or --rear-gap says whom"),
     ],
 )
 def test_what_nobody_would_read_is_refused(
