@@ -97,6 +97,16 @@ def test_the_paper_takes_no_parameters(tmp_path: Path) -> None:
         planner_with(tmp_path / "design.toml", vehicle, "closed-form-tuned")
 
 
+@pytest.mark.parametrize("planner", ["acc", "aeb", "commonroad-reactive", "idm-mobil", "un-r157"])
+@pytest.mark.parametrize("command", ["plan", "simulate"])
+def test_who_steers_by_no_sigmoid_takes_none(tmp_path: Path, command: str, planner: str) -> None:
+    tune(out=tmp_path / "design.toml")
+    with pytest.raises(InputError, match=f"design.toml: sigmoid: is read by mpc and closed-form-corrected: '{planner}' does not take it"):
+        RUN.invoke(
+            app, [command, "sandwich-60-40", "--planner", planner, "--params", str(tmp_path / "design.toml")], catch_exceptions=False
+        )
+
+
 def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:
     with pytest.raises(McdasError, match="the shortest is"):
         tune(length_max_m=5.0, out=tmp_path / "none.toml")
