@@ -10,6 +10,8 @@ from tests.cli.command_line import run
 
 WORKERS = "--workers: not read by --scheduler, which has workers of its own"
 
+FATROP = "--solver = 'fatrop': is asked neither with --checks duals nor with --cost clearance: ipopt is"
+
 
 @pytest.mark.parametrize(
     ("command", "words"),
@@ -30,6 +32,8 @@ WORKERS = "--workers: not read by --scheduler, which has workers of its own"
         ("tune --speed 60km/h --speed-bounds 50km/h 70km/h", "--speed: not read by --speed-bounds, within which it is chosen"),
         ("tune --objective clearance --clearance 0.5", "--clearance: not read by --objective clearance, which makes it as large as it can"),
         ("tune --clearance 0.5", "--clearance: not read by a design that passes nobody: --front-gap or --rear-gap says whom"),
+        ("park parallel --solver fatrop --checks duals", FATROP),
+        ("park parallel --solver fatrop --cost clearance", FATROP),
     ],
 )
 def test_what_nobody_would_read_is_refused(
