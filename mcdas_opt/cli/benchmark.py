@@ -36,6 +36,7 @@ _ROWS = (
 
 
 def benchmark(
+    context: typer.Context,
     suite: Annotated[
         str,
         typer.Argument(
@@ -71,10 +72,12 @@ def benchmark(
     from mcdas_opt.evaluation.suites import expand
     from mcdas_opt.evaluation.summary import contradictions
 
+    options.only_one_sort_of_workers(context, scheduler)
     names = [name.strip() for name in planners.split(",") if name.strip()]
     if suite == "commonroad":
+        options.unread(context, ("seed",), "commonroad: its scenarios are not drawn")
         with working(workers, scheduler) as executor:
-            _commonroad(names, data, out, scenes, executor, limit, resume=resume, as_json=as_json)
+            _commonroad(names, data, out, scenes, executor, plant, limit, resume=resume, as_json=as_json)
         return
     chosen = expand(suite, scenes, seed, data)
     folder = out if out is not None else Path(f"benchmark-{chosen.name}-{chosen.seed}")
@@ -105,6 +108,7 @@ def _commonroad(
     out: Path | None,
     scenes: int | None,
     executor: Executor,
+    plant: str,
     limit_s: float,
     *,
     resume: bool,
@@ -116,20 +120,23 @@ def _commonroad(
     from mcdas_opt.evaluation.benchmark import check_planners
     from mcdas_opt.evaluation.running.journal import write_whole
     from mcdas_opt.interop.commonroad.library import require
+    from mcdas_opt.simulation.plant import plant_factory
 
     check_planners(planners)
+    plant_factory(plant)
     require()
     if data is None:
         raise InputError("--data", "", None, "names no folder: commonroad reads the scenarios (*.xml) in it")
     folder = out if out is not None else Path("benchmark-commonroad")
     kept = f"rows so far are in {folder}: the same command with --resume goes on"
     with leaving(kept), campaign.scenario_files(data) as found, stages() as progress:
-        rows = campaign.run(found[:scenes], planners, folder, executor, limit_s=limit_s, resume=resume, progress=progress)
+        rows = campaign.run(found[:scenes], planners, folder, executor, plant=plant, limit_s=limit_s, resume=resume, progress=progress)
     summary = campaign.summarise(rows, planners)
     write_whole(folder / campaign.TABLE, campaign.markdown(summary))
     pictures = sorted(str(path) for path in (folder / campaign.PICTURES).glob("*.png"))
     if as_json:
-        emit({"schema_version": 1, "suite": campaign.SUITE, "rows": str(folder / campaign.ROWS), "summary": summary, "pictures": pictures})
+        told = {"schema_version": 1, "suite": campaign.SUITE, "plant": plant, "rows": str(folder / campaign.ROWS)}
+        emit(told | {"summary": summary, "pictures": pictures})
     else:
         _show_scenarios(rows, summary, planners, folder, len(pictures))
     if all(row["end"] == campaign.REFUSED for row in rows):

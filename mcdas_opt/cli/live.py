@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 def live(
+    context: typer.Context,
     bus: Annotated[str, typer.Option("--bus", help="Channel of the front radar (an ESR).")] = "can0",
     rear: Annotated[str | None, typer.Option("--rear", help="Channel of the rear radar, where there is one.")] = None,
     interface: Annotated[str, typer.Option("--interface", help="python-can's: socketcan, pcan, kvaser, udp_multicast ...")] = "socketcan",
@@ -47,6 +48,8 @@ def live(
         emit(line.to_dict())
         sys.stdout.flush()
 
+    if play is not None:
+        options.unread(context, ("interface",), "--play, which has buses of its own")
     try:
         settings = LiveSettings(cycle_s=1.0 / rate, silence_s=silence, speed_mps=speed, trajectories=trajectories)
         scene = None if road is None else load_scene(road)

@@ -1,11 +1,13 @@
-"""Options that several commands have."""
+"""Options that several commands have, and the refusal of those that a command would not read."""
 
+from collections.abc import Container
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from mcdas_opt.cli import completion
+from mcdas_opt.errors import InputError
 
 SceneOrSituation = Annotated[
     str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).", autocompletion=completion.scenes)
@@ -31,3 +33,20 @@ ParkingVehicle = Annotated[str | None, typer.Option("--vehicle", help="Instead o
 Clearance = Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")]
 Params = Annotated[Path | None, typer.Option("--params", help="Parameters to plan with: a TOML of `tune`.")]
 MovingPicture = Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")]
+
+
+def unread(context: typer.Context, names: Container[str | None], by: str) -> None:
+    """Raises `InputError` that names the options, of these parameters, that were written, and who would not read them."""
+    written = [
+        option.opts[0]
+        for option in context.command.params
+        if option.name in names and getattr(context.get_parameter_source(str(option.name)), "name", "") == "COMMANDLINE"
+    ]
+    if written:
+        raise InputError(", ".join(written), "", None, f"not read by {by}")
+
+
+def only_one_sort_of_workers(context: typer.Context, scheduler: str | None) -> None:
+    """Raises `InputError` where both `--workers` and `--scheduler` were written."""
+    if scheduler is not None:
+        unread(context, ("workers",), "--scheduler, which has workers of its own")

@@ -9,12 +9,14 @@ import typer
 from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, check_picture, console, facts_table, give, headed_table, number
+from mcdas_opt.errors import InputError
 
 if TYPE_CHECKING:
     from mcdas_opt.domain.parking import Parking
 
 
 def park(
+    context: typer.Context,
     case: Annotated[
         str,
         typer.Argument(metavar="CASE", help="A case (TOML), a TPCAP CSV, or the name of a shipped case.", autocompletion=completion.cases),
@@ -29,7 +31,9 @@ def park(
         str, typer.Option("--guesses", help="Where it starts from: search, one-more, two-arc, sigmoid, continuation; with commas.")
     ] = "search,one-more",
     checks: Annotated[str, typer.Option("--checks", help="Form of the collision checks: half-planes or duals.")] = "half-planes",
-    solver: Annotated[str, typer.Option("--solver", help="ipopt, or fatrop with IPOPT where that finds nothing sound.")] = "ipopt",
+    solver: Annotated[
+        str, typer.Option("--solver", help="ipopt, or fatrop (half-planes, no cost of clearance), with IPOPT where it fails.")
+    ] = "ipopt",
     budget: Annotated[float | None, typer.Option("--budget", min=0.0, help="Stop improving after so many seconds (an extra cap).")] = None,
     out: options.MovingPicture = None,
     as_json: JsonOption = False,
@@ -39,12 +43,17 @@ def park(
     Example: mcdas-opt park parallel --out park.gif
     """
     from mcdas_opt.parking.case_file import load_parking_case
+    from mcdas_opt.parking.closed_form import CLOSED_FORMS
     from mcdas_opt.parking.cost import costs_named
     from mcdas_opt.parking.park import park as run
     from mcdas_opt.parking.program.exchange import ExchangeSettings
     from mcdas_opt.parking.settings import ParkSettings
 
     check_picture(out)
+    if planner in CLOSED_FORMS:
+        options.unread(context, ("cost", "guesses", "checks", "solver", "budget"), f"{planner}, which minimises nothing")
+    elif planner == "search":
+        options.unread(context, ("guesses", "checks", "solver"), "search, only by nlp")
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     settings = ParkSettings(
         costs=costs_named(cost),
@@ -52,6 +61,8 @@ def park(
         exchange=ExchangeSettings(form=checks, solver=solver),
         time_budget_s=budget,
     )
+    if solver == "fatrop" and (checks == "duals" or settings.costs.clearance > 0.0):
+        raise InputError("--solver", "", solver, "is asked neither with --checks duals nor with --cost clearance: ipopt is")
     with progress_bar("park"):
         answer = run(problem, planner, settings=settings)
     is_there = answer.trajectory is not None or (out is not None and out.suffix.lower() == ".html")

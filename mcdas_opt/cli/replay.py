@@ -20,6 +20,7 @@ SUFFIXES = (".html", ".png", ".svg", ".pdf", ".json", ".csv", ".parquet")
 
 
 def replay(
+    context: typer.Context,
     log: Annotated[str, typer.Argument(metavar="LOG", help="A recording, or the name of a shipped one (front_and_rear).")],
     log_format: Annotated[
         str | None,
@@ -51,6 +52,8 @@ def replay(
     from mcdas_opt.interop.target_list import Columns
     from mcdas_opt.interop.truth import compare
 
+    if not planning:
+        options.unread(context, ("planner",), "--no-plan")
     if out is not None:
         check_picture(out, *(SUFFIXES if truth is None else (".png",)))
     scene = None

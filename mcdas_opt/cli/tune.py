@@ -27,10 +27,13 @@ if TYPE_CHECKING:
 
 _BOUNDS = "LOW HIGH"
 _OTHERWISE = {"length_max_m": "length", "settling_error": "settling", "initial_heading_jump": "heading_jump"}
+_OF_STUDY = ("trials", "storage", "search", "seed", "train", "held_out", "workers", "scheduler")
+_OF_BOTH = ("speed", "out", "scenes", "as_json")
 _UNIT = re.compile("_(mps[23]?|rad|per_m|m)$")
 
 
 def tune(
+    context: typer.Context,
     speed: speeds.Speed = 60.0 / 3.6,
     offset: Annotated[float, typer.Option("--offset", help="Front vehicle's offset d_front - d_host, left positive [m].")] = 0.0,
     objective: Annotated[str, typer.Option("--objective", help="shortest, clearance or jerk.")] = "shortest",
@@ -74,16 +77,22 @@ def tune(
         from mcdas_opt.evaluation.families import suite_file
         from mcdas_opt.tuning.study_options import StudyOptions
 
+        of_design = signature(tune).parameters.keys() - {*_OF_STUDY, *_OF_BOTH}
+        options.unread(context, of_design, "a study in traffic (--scenes)")
+        options.only_one_sort_of_workers(context, scheduler)
         suite_file(scenes)
         with named_as_written(scenes="train"):
-            options = StudyOptions(
+            study = StudyOptions(
                 method=search, seed=seed, scenes=train, held_out=held_out, workers=workers, scheduler=scheduler, speed_mps=speed
             )
         if storage is None:
             raise ParameterError("--scenes", scenes, "a study needs a file to live in: --storage FILE")
         with named_as_written():
-            _study(scenes, trials, storage, options, out, as_json)
+            _study(scenes, trials, storage, study, out, as_json)
         return
+    options.unread(context, _OF_STUDY, "a design, only by a study in traffic: --scenes SUITE")
+    if speed_bounds is not None:
+        options.unread(context, ("speed",), "--speed-bounds, within which it is chosen")
     from mcdas_opt.catalogue.vehicles import load_vehicle
     from mcdas_opt.domain.vocabulary import Side
     from mcdas_opt.tuning.design import check_out, design, write_design
@@ -120,6 +129,10 @@ def tune(
             vehicle=load_vehicle(vehicle),
             **{name: value for name, value in chosen.items() if value is not None},
         )
+        if objective == "clearance":
+            options.unread(context, ("clearance",), "--objective clearance, which makes it as large as it can")
+        if request.front is None and request.rear is None:
+            options.unread(context, ("clearance",), "a design that passes nobody: --front-gap or --rear-gap says whom")
         with progress_bar("design"):
             found = design(request)
     with said_before_it_is_written():

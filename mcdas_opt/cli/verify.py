@@ -11,6 +11,7 @@ import typer
 from mcdas_opt.cli import completion
 from mcdas_opt.cli.log import hint
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number, print_violations
+from mcdas_opt.errors import InputError
 
 
 def verify(
@@ -30,6 +31,8 @@ def verify(
     from mcdas_opt.parking.case_file import is_parking_case
 
     if is_parking_case(scene):
+        if prediction is not None:
+            raise InputError("--prediction", "", prediction, "not read by a parking case: nobody moves there")
         _judge_parking(scene, trajectory, as_json)
         return
     from mcdas_opt.catalogue.trajectories import load_trajectory

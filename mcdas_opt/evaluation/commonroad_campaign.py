@@ -84,11 +84,19 @@ def _apart(path: tuple[str, ...], others: Sequence[tuple[str, ...]]) -> str:
 
 
 def run(
-    paths: Sequence[Path], planners: Sequence[str], folder: Path, executor: Executor, *, limit_s: float, resume: bool, progress: Progress
+    paths: Sequence[Path],
+    planners: Sequence[str],
+    folder: Path,
+    executor: Executor,
+    *,
+    plant: str = "kinematic",
+    limit_s: float,
+    resume: bool,
+    progress: Progress,
 ) -> tuple[Record, ...]:
     """The rows, by scenario and planner, each written as it comes. Raises `InputError` for a folder of another run."""
     scenarios = scenario_names(paths)
-    manifest = {"suite": SUITE, "scenarios": scenarios, "planners": list(planners)}
+    manifest = {"suite": SUITE, "scenarios": scenarios, "planners": list(planners), "plant": plant}
     open_folder(folder, manifest | {"versions": provenance.versions(), "commit": provenance.commit()})
     with Journal(folder / JOURNAL) as journal:
         if journal.records and not resume:
@@ -96,7 +104,7 @@ def run(
         there = {(row["scenario"], row["planner"]) for row in journal.records}
         named = list(zip(scenarios, paths, strict=True))
         wanted = [(name, path, planner) for name, path in named for planner in planners if (name, planner) not in there]
-        tasks = [Task(driven, (name, path, planner, folder / PICTURES), limit_s) for name, path, planner in wanted]
+        tasks = [Task(driven, (name, path, planner, folder / PICTURES, plant), limit_s) for name, path, planner in wanted]
         for done, (number, answer) in enumerate(executor.run(tasks), start=1 + len(there)):
             name, _, planner = wanted[number]
             failed = {"scenario": name, "planner": planner, "kind": "", "end": FAILED, "why": answer.reason}
@@ -112,7 +120,7 @@ def run(
     return rows
 
 
-def driven(name: str, path: Path, planner: str, pictures: Path) -> Record:
+def driven(name: str, path: Path, planner: str, pictures: Path, plant: str = "kinematic") -> Record:
     """One scenario as a row; a loss has the reason of the last plan in it and a picture, a refusal the rule that was broken."""
     from mcdas_opt.interop.commonroad.scenario import read_scenario
     from mcdas_opt.interop.commonroad.solution import goal_reached_s
@@ -125,7 +133,7 @@ def driven(name: str, path: Path, planner: str, pictures: Path) -> Record:
     except InputError as error:
         return row | {"end": REFUSED, "why": f"{error.key}: {error.rule}" if error.key else error.rule}
     try:
-        drive = simulate(read.scene, planner)
+        drive = simulate(read.scene, planner, plant)
     except McdasError as error:
         return row | {"end": FAILED, "why": str(error)}
     end, last_m = end_of(drive), float(drive.trajectory.s_m[-1])

@@ -96,8 +96,8 @@ class _Found:
 def expand(name: str | Path, scenes: int | None = None, seed: int | None = None, data: Path | None = None) -> Suite:
     """The suite behind a path or a shipped name, with so many scenes, shared evenly among its members.
 
-    `data` is the folder of recordings. Raises `InputError` that names file, key, value and rule; `ParameterError` for a number of scenes
-    that nobody could drive.
+    `data` is the folder of recordings, for suites that read them. Raises `InputError` that names file, key, value and rule;
+    `ParameterError` for a number of scenes that nobody could drive.
     """
     if scenes is not None:
         within("scenes", scenes, 0, MOST_SCENES)
@@ -105,6 +105,8 @@ def expand(name: str | Path, scenes: int | None = None, seed: int | None = None,
     suite = _read(path)
     seed = suite.seed if seed is None else seed
     found = _expanded(suite, path, scenes, seed, data, ())
+    if data is not None and not _reads_recordings(suite):
+        raise InputError("--data", "", str(data), f"not read by the suite {suite.name}, which has no recordings")
     cases = tuple(_case(index, one) for index, one in enumerate(found))
     about = suite.about if isinstance(suite, Family) or not suite.part else [*suite.about, *_about_parts(suite)]
     return Suite(name=suite.name, seed=seed, cases=cases, about=tuple(about))
@@ -114,6 +116,13 @@ def _read(path: Path) -> Family | SuiteFile:
     document = suite_document(path)
     several = any(key in document for key in ("family", "manoeuvre", "recorded", "part"))
     return checked(SuiteFile, document, path, context=path).equipped() if several else checked(Family, document, path)
+
+
+def _reads_recordings(suite: Family | SuiteFile) -> bool:
+    """It, or a part of it; none of which is inside itself."""
+    if isinstance(suite, Family):
+        return False
+    return suite.recorded is not None or any(_reads_recordings(_read(suite_file(part.suite))) for part in suite.part)
 
 
 def _expanded(

@@ -13,6 +13,8 @@ from mcdas_opt.errors import InputError, blaming
 from mcdas_opt.planning.adjustable import adjusted
 from mcdas_opt.planning.planner import Planner
 
+_WITHOUT_SIGMOID = ("acc", "aeb", "commonroad-reactive", "idm-mobil", "un-r157")
+
 
 def planner_with(
     path: Path | None, vehicle: Vehicle, method: str, reserve: Callable[[Settings], Settings] = lambda settings: settings
@@ -25,6 +27,8 @@ def planner_with(
         return Planner(vehicle=vehicle, method=method, settings=reserve(Settings()))
     sigmoid, values = load_parameters(path)
     if sigmoid is not None:
+        if method in _WITHOUT_SIGMOID:
+            raise InputError(path, "sigmoid", None, f"is read by mpc and closed-form-corrected: {method!r} does not take it")
         return Planner(vehicle=vehicle, method=method, settings=reserve(Settings(sigmoid=sigmoid)))
     if method != "mpc":
         raise InputError(path, "values", None, f"are the MPC's: {method!r} does not take them")

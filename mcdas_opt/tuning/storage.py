@@ -1,20 +1,21 @@
-"""The file that a study lives in: whose it is, which of its trials are alive, and taking over those whose worker died."""
+"""The file that a study lives in: whose it is, and taking over the trials whose worker died."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import os
-import platform
 import sqlite3
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from mcdas_opt.errors import InputError, reading
 from mcdas_opt.tuning.searchers import optuna_module
+from mcdas_opt.tuning.workers import Others
 
 _MAGIC = b"SQLite format 3\x00"
-_FINGERPRINT, _OWNER, _RETRIED = "mcdas_opt_fingerprint", "worker", "taken_over_from"
+_FINGERPRINT, _RETRIED = "mcdas_opt_fingerprint", "taken_over_from"
 _LOCKED_S = 60  # a worker waits so long for the file while another writes
 
 
@@ -31,8 +32,8 @@ def open_study(file: Path, name: str, fingerprint: dict[str, Any], directions: i
     """The study in `file`, made where there is none. Raises `InputError` for a file that holds anything else, and leaves it as it is."""
     _check(file, name, fingerprint)
     optuna = optuna_module()
-    how = {"connect_args": {"timeout": _LOCKED_S, "factory": _Connection}}
-    storage = optuna.storages.RDBStorage(f"sqlite:///{file}", engine_kwargs=how)
+    how = {"creator": partial(sqlite3.connect, file, timeout=_LOCKED_S, check_same_thread=False, factory=_Connection)}
+    storage = optuna.storages.RDBStorage("sqlite:///study", engine_kwargs=how)  # by name: a URL takes "#", "%", "?", "{" in it for its own
     study = optuna.create_study(study_name=name, storage=storage, directions=["minimize"] * directions, load_if_exists=True)
     study.set_user_attr(_FINGERPRINT, fingerprint)
     return study
@@ -51,7 +52,7 @@ def _check(file: Path, name: str, fingerprint: dict[str, Any]) -> None:
     if head != _MAGIC:
         raise InputError(file, "storage", None, "is not a study's storage (SQLite); nothing was changed")
     try:
-        with contextlib.closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True, timeout=_LOCKED_S)) as base:
+        with contextlib.closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True, timeout=_LOCKED_S)) as base:
             names = {row[0] for row in base.execute("select study_name from studies")}
             rows = base.execute("select value_json from study_user_attributes where key = ?", (_FINGERPRINT,)).fetchall()
     except sqlite3.Error as error:
@@ -68,54 +69,11 @@ def _check(file: Path, name: str, fingerprint: dict[str, Any]) -> None:
                 raise InputError(file, f"storage: {key}", theirs.get(key), rule)
 
 
-def owner() -> str:
-    """This process, so that nobody with its number but another start is taken for it."""
-    return f"{platform.node()}:{os.getpid()}:{_started(os.getpid())}"
-
-
-def is_alive(name: str | None) -> bool:
-    """Whether the worker that signed a trial still runs; one on another computer is taken to."""
-    if name is None:
-        return False
-    node, pid, started = name.rsplit(":", 2)
-    if node != platform.node():
-        return True
-    return _started(int(pid)) == started
-
-
-def _started(pid: int) -> str:
-    """A process's start in ticks since boot, '' where there is no such process; without /proc only whether it is there."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[19]
-    except (OSError, IndexError):
-        pass
-    if Path("/proc/self/stat").exists():
-        return ""
-    try:
-        os.kill(pid, 0)
-    except OSError:
-        return ""
-    return "running"
-
-
-def sign(trial: Any) -> None:
-    """Writes who works on a trial."""
-    trial.set_user_attr(_OWNER, owner())
-
-
-def take_over(study: Any, numbers: int, unsigned: dict[int, int]) -> None:
-    """Trials of workers that died end as failed, and their values, all `numbers` of them, are queued again, once.
-
-    A trial that its worker has not yet signed is left alone for a few looks: `unsigned` counts them.
-    """
-    optuna = optuna_module()
-    state = optuna.trial.TrialState
+def take_over(study: Any, numbers: int, others: Others) -> None:
+    """Trials of workers that died end as failed, and their values, all `numbers` of them, are queued again, once."""
+    state = optuna_module().trial.TrialState
     for trial in study.get_trials(deepcopy=False, states=(state.RUNNING,)):
-        name = trial.user_attrs.get(_OWNER)
-        if name is None and unsigned.setdefault(trial.number, 0) < 10:
-            unsigned[trial.number] += 1
-            continue
-        if is_alive(name):
+        if not others.left(trial):
             continue
         try:
             study.tell(trial.number, state=state.FAIL)

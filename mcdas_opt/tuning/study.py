@@ -20,8 +20,9 @@ from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
 from mcdas_opt.tuning.searchers import BudgetSpentError, optuna_module, search
-from mcdas_opt.tuning.storage import open_study, sign, take_over
+from mcdas_opt.tuning.storage import open_study, take_over
 from mcdas_opt.tuning.traffic import OBJECTIVES, DriveFigures, Drives, TrafficCost, cost_of, figures_of
+from mcdas_opt.tuning.workers import Others, heard_of, sign
 
 _WAIT_S = 0.2
 _DRIVES, _KEY = "drives", "values"
@@ -129,7 +130,8 @@ class _Worker:
         optuna = optuna_module()
         self.state = optuna.trial.TrialState
         self.distributions = {part.name: optuna.distributions.FloatDistribution(part.low, part.high, log=part.log) for part in spec.space}
-        self._unsigned: dict[int, int] = {}
+        self._taken_over = optuna.exceptions.UpdateFinishedTrialError
+        self._others = Others()
 
     def guided(self) -> None:
         """A search that asks for points itself. After a kill it asks for the same ones again: what is in the file is not driven twice."""
@@ -151,7 +153,7 @@ class _Worker:
         Values that are in the file are not driven again; those that another worker has in hand are waited for.
         """
         while True:
-            take_over(self.study, len(self.distributions), self._unsigned)
+            take_over(self.study, len(self.distributions), self._others)
             done = finished(self.study)
             running = self.study.get_trials(deepcopy=False, states=(self.state.RUNNING,))
             if values is not None:
@@ -162,14 +164,19 @@ class _Worker:
                 self.progress(min(len(done), self.trials), self.trials)
             if len(done) >= self.trials:
                 return None
-            in_hand = values is not None and any(_same(trial.params, values) for trial in running)
+            in_hand = [] if values is None else [trial for trial in running if _same(trial.params, values)]
             if in_hand or len(done) + len(running) >= self.trials:
-                time.sleep(_WAIT_S)  # in others' hands: wait, in case they die
+                self._others.are_waited_for(in_hand or running)  # in case they die
+                time.sleep(_WAIT_S)
                 continue
             trial = self._begun(values)
             if trial is None:
                 continue
-            cost = self._drive(trial)
+            try:
+                with heard_of(trial):
+                    cost = self._drive(trial)
+            except self._taken_over:
+                continue  # others took this worker for dead
             if values is None or _same(trial.params, values):
                 return cost
 
@@ -201,12 +208,12 @@ class _Worker:
             at, step = at + len(part), 2 * step
             if at < len(scenes) and sum(row.collided for row in rows) > self._least_collisions(len(rows)):
                 trial.set_user_attr(_DRIVES, documents)
-                self.study.tell(trial, state=self.state.PRUNED)
+                self.study.tell(trial, state=self.state.PRUNED, skip_if_finished=True)
                 return cost_of(rows)
         trial.set_user_attr(_DRIVES, documents)
         cost = cost_of(rows)
         trial.set_constraint("unverified plans", float(cost.unverified))
-        self.study.tell(trial, cost.objectives)
+        self.study.tell(trial, cost.objectives, skip_if_finished=True)
         return cost
 
     def _least_collisions(self, scenes: int) -> float:

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mcdas_opt.cli.app import app
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.commonroad_campaign import (
     NOT_SHOWN,
     OURS,
@@ -158,3 +158,27 @@ def test_a_run_without_data_is_told_what_it_lacks() -> None:
     answer = RUN.invoke(app, ["benchmark", "commonroad"])
     assert isinstance(answer.exception, InputError)
     assert "--data" in str(answer.exception)
+
+
+def test_the_plant_that_is_named_drives_and_one_that_is_none_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("commonroad")
+    data = tmp_path / "data"
+    data.mkdir()
+    (data / "own.xml").write_text(scenario(), "utf-8")
+    command = ["benchmark", "commonroad", "--data", str(data), "--planners", "acc", "--workers", "1", "--out"]
+    with pytest.raises(ParameterError, match="plant = 'no-such-plant'"):
+        RUN.invoke(app, [*command, str(tmp_path / "none"), "--plant", "no-such-plant"], catch_exceptions=False)
+    assert not (tmp_path / "none").exists()
+    rows = []
+    for plant in ("kinematic", "dynamic"):
+        answer = RUN.invoke(app, [*command, str(tmp_path / plant), "--plant", plant, "--json"])
+        assert answer.exit_code == 0, answer.output
+        assert json.loads(answer.stdout)["plant"] == plant
+        assert json.loads((tmp_path / plant / "run.json").read_text("utf-8"))["plant"] == plant
+        rows.append((tmp_path / plant / "rows.csv").read_text("utf-8"))
+    timed = [one.splitlines()[1].split(",")[:-3] for one in rows]
+    assert timed[0] != timed[1]
+    with pytest.raises(InputError, match="plant = 'kinematic': is of another run"):
+        RUN.invoke(app, [*command, str(tmp_path / "kinematic"), "--plant", "dynamic", "--resume"], catch_exceptions=False)
+    with pytest.raises(InputError, match="--seed: not read by commonroad"):
+        RUN.invoke(app, [*command, str(tmp_path / "none"), "--seed", "7"], catch_exceptions=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,24 @@ def test_an_observation_says_what_is_there() -> None:
     assert rear[3] == pytest.approx(16.7 - 11.1, abs=1e-4)
     assert not slots[2:].any()
     assert vehicle.name == "sedan"
+
+
+def test_who_has_left_is_in_no_slot(tmp_path: Path) -> None:
+    (tmp_path / "gone.csv").write_text("t_s,s_m,d_m,heading_rad,speed_mps\n0,30,0,0,20\n0.5,40,0,0,20\n", "utf-8")
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'duration_s = 3.0\n[host]\nspeed_mps = 15.0\n[[neighbour]]\nname = "gone"\ntrajectory = "gone.csv"\nleaves = true\n'
+        '[[neighbour]]\nname = "stays"\ns_m = 80.0\nspeed_mps = 15.0\n',
+        "utf-8",
+    )
+    env = mid_vehicle.MidVehicle(str(scene), spread=0.0)
+    there = [int((env.reset(seed=1)[0][7:].reshape(-1, 6)[:, 0]).sum())]
+    for _ in range(10):
+        slots = env.step(np.zeros(2, dtype=np.float32))[0][7:].reshape(-1, 6)
+        there.append(int(slots[:, 0].sum()))
+    assert there == [2] * 6 + [1] * 5
+    assert slots[0, 1] * 150.0 == pytest.approx(80.0, abs=0.1)
+    assert not slots[1:].any()
 
 
 def test_doing_nothing_in_the_sandwich_is_a_collision_and_ends() -> None:

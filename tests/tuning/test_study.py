@@ -43,6 +43,13 @@ pytest.importorskip("cmaes")
 METHODS = ("tpe", "nsga2", "cma-es")
 
 
+@pytest.mark.parametrize("name", ["run#1.db", "50%25.db", "100%.db", "which?.db", "{x}.db", "with space.db", "ü&=.db"])
+def test_a_study_lives_in_the_file_that_was_named_whatever_its_name(tmp_path: Path, name: str) -> None:
+    for trials in (1, 2):
+        assert len(run_study(spec("tpe", count=1), tmp_path / name, trials, Drives())) == trials
+        assert {file.name.removesuffix("-wal").removesuffix("-shm") for file in tmp_path.iterdir()} == {name}
+
+
 @given(share=st.floats(0.0, 1.0))
 def test_ranges_invert(share: float) -> None:
     point = np.full(len(SPACE), share)

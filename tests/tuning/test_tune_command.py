@@ -97,6 +97,16 @@ def test_the_paper_takes_no_parameters(tmp_path: Path) -> None:
         planner_with(tmp_path / "design.toml", vehicle, "closed-form-tuned")
 
 
+@pytest.mark.parametrize("planner", ["acc", "aeb", "commonroad-reactive", "idm-mobil", "un-r157"])
+@pytest.mark.parametrize("command", ["plan", "simulate"])
+def test_who_steers_by_no_sigmoid_takes_none(tmp_path: Path, command: str, planner: str) -> None:
+    tune(out=tmp_path / "design.toml")
+    with pytest.raises(InputError, match=f"design.toml: sigmoid: is read by mpc and closed-form-corrected: '{planner}' does not take it"):
+        RUN.invoke(
+            app, [command, "sandwich-60-40", "--planner", planner, "--params", str(tmp_path / "design.toml")], catch_exceptions=False
+        )
+
+
 def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:
     with pytest.raises(McdasError, match="the shortest is"):
         tune(length_max_m=5.0, out=tmp_path / "none.toml")
@@ -116,6 +126,20 @@ def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:
         (["--heading-jump", "0"], "--heading-jump = 0.0 rad: must be greater than 0"),
         (["--a-bounds", "0.1", "0.2"], "--a-bounds = (0.1, 0.2) 1/m: a is less than 0"),
         (["--front-gap", "5", "--front-speed", "30"], "--front-speed = 30.0 m/s: must lie in"),
+        (
+            ["--scenes", "sandwich", "--storage", "s.db", "--objective", "nonsense", "--side", "up", "--vehicle", "nobody"],
+            "--objective, --side, --vehicle: not read by a study in traffic",
+        ),
+        (["--scenes", "sandwich", "--storage", "s.db", "--friction", "0.9"], "--friction: not read by a study"),
+        (
+            ["--scenes", "sandwich", "--a-bounds", "-3", "-2", "--speed-bounds", "9", "11"],
+            "--a-bounds, --speed-bounds: not read by a study",
+        ),
+        (
+            ["--trials", "5", "--storage", "x.db", "--search", "zzz"],
+            "--trials, --storage, --search: not read by a design, only by a study in traffic: --scenes",
+        ),
+        (["--workers", "1"], "--workers: not read by a design"),
         (["--side", "up"], "--side = 'up': must be left or right"),
     ],
 )

@@ -7,8 +7,9 @@ acceleration asked for, as a share of the road's grip, left positive; at low spe
 take both there as fast as the vehicle's jerk and steering rate allow.
 
 **Observation** (7 + 6 slots,), each entry divided by its `SCALES` and clipped to [-1, 1]: d [m], heading [rad], speed [m/s], acceleration
-[m/s^2], steering [rad], distance from the body centre to the left and to the right edge [m]; then of the nearest neighbours, nearest
-first: present (0 or 1), ahead [m], left [m], speed along and across the road relative to the host [m/s], length [m]; zeros in empty slots.
+[m/s^2], steering [rad], distance from the body centre to the left and to the right edge [m]; then of the nearest neighbours
+who have not left, nearest first: present (0 or 1), ahead [m], left [m], speed along and across the road relative to the host [m/s],
+length [m]; zeros in empty slots.
 
 **Reward** of a step: 0.1 (1 - |v - v wanted| / v wanted) - 0.01 (a / 3)^2 - 0.01 (lateral acceleration / 3)^2; a collision or a
 departure from the road ends the episode with -10. At the scene's end the episode is truncated.
@@ -35,6 +36,7 @@ from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.neighbours import Traffic, host_motion
 from mcdas_opt.simulation.plant import PlantFactory
 from mcdas_opt.simulation.record import Outcome
+from mcdas_opt.simulation.recorded import GONE_M
 
 CYCLE_S = 0.1
 SLOTS = 4
@@ -167,6 +169,7 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
         slots: list[tuple[float, ...]] = [
             (1.0, float(m.s_m) - host.s_m, float(m.d_m) - host.d_m, float(m.speed_s_mps) - along, float(m.speed_d_mps) - across, length)
             for m, (length, _) in zip(moments, self._traffic.sizes, strict=True)
+            if m.d_m < GONE_M
         ]
         slots = sorted(slots, key=lambda slot: math.hypot(slot[1], slot[2]))[:SLOTS]
         slots += [(0.0,) * len(_SLOT_SCALES)] * (SLOTS - len(slots))
