@@ -5,6 +5,7 @@ What was recorded is read from a folder that the user names; nothing of it is pa
 
 from __future__ import annotations
 
+import math
 import os
 import zlib
 from collections.abc import Iterator
@@ -19,12 +20,13 @@ from mcdas_opt.catalogue.data_files import read_json, read_text
 from mcdas_opt.catalogue.part import Part
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.catalogue.vehicles import load_vehicle
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, all_finite
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.manoeuvres import speed_script
 
 _STEP_S = 0.1
+_LONGEST_S = 3600.0  # of a triple
 _LEAST_GAP_M = 0.5
 _MOVES_MPS = 1.0
 _CARS = 5  # of the platoon
@@ -34,7 +36,9 @@ class Recordings(Part):
     """The [recorded] table: which files below the user's folder, cut into windows; who follows reacts after `reaction_s`."""
 
     platoon: Annotated[str | None, Field(description="files below --data, as a glob: tables of t, vehK_x, vehK_y, vehK_v")] = None
-    triples: Annotated[str | None, Field(description="file below --data: a JSON list of rear, host and front")] = None
+    triples: Annotated[
+        str | None, Field(description="file below --data: a JSON object whose `triples` is a list of rear, host and front")
+    ] = None
     window_s: Annotated[Annotated[float, Field(ge=2.0)], Field(description="length of a scene")] = 20.0
     every_s: Annotated[Annotated[float, Field(ge=1.0)], Field(description="from one scene's start to the next one's")] = 20.0
     vehicle: Annotated[str, Field(description="a shipped vehicle or a path")] = "sedan"
@@ -84,9 +88,12 @@ class Recordings(Part):
         path = folder / self.triples
         if not os.path.isfile(path):
             raise InputError(folder, "", None, f"holds no {self.triples}")
-        for number, triple in enumerate(read_json(path)["triples"]):
+        document = read_json(path)
+        if not isinstance(document, dict) or not isinstance(document.get("triples"), list):
+            raise InputError(path, "triples", None, 'must be a list in an object: {"triples": [...]}')
+        for number, triple in enumerate(document["triples"]):
             try:
-                front, host, rear = (np.array(triple[who], dtype=np.float64) for who in ("front", "host", "rear"))
+                front, host, rear = _resampled(triple)
                 lengths = {who: float(triple["dims"][who][0]) for who in ("front", "host", "rear")}
             except (KeyError, TypeError, ValueError) as error:
                 raise InputError(path, f"triples[{number}]", None, f"is no triple: {error}") from None
@@ -158,18 +165,53 @@ class _Window:
         return min(self.gap_front_m, self.gap_rear_m) >= _LEAST_GAP_M and float(self.host_mps.max()) >= _MOVES_MPS
 
 
+def _resampled(triple: Any) -> tuple[Array, ...]:
+    """(n, 4) x, y, heading, speed of front, host and rear every 0.1 s, from samples that are `dt` apart. Raises what a triple that is none
+    leads to."""
+    if not isinstance(triple, dict):
+        raise TypeError("must be an object with front, host, rear and dims")
+    step = float(triple.get("dt", _STEP_S))
+    bodies = [np.array(triple[who], dtype=np.float64) for who in ("front", "host", "rear")]
+    if not 0.0 < step < math.inf:
+        raise ValueError(f"dt = {step:g} must be positive")
+    if any(body.ndim != 2 or body.shape[1] < 4 or not all_finite(body) for body in bodies):
+        raise ValueError("front, host and rear must be rows of four finite numbers")
+    if {len(body) for body in bodies} != {len(bodies[0])} or len(bodies[0]) < 2:
+        raise ValueError("front, host and rear must have as many rows, at least two")
+    t = step * np.arange(len(bodies[0]))
+    steps = t[-1] / _STEP_S + 1e-6
+    if not 1.0 <= steps <= _LONGEST_S / _STEP_S:
+        raise ValueError(f"lasts {t[-1]:g} s: must last at least {_STEP_S:g} s and at most {_LONGEST_S:g} s")
+    at = _STEP_S * np.arange(int(steps) + 1)
+    return tuple(np.column_stack([np.interp(at, t, column) for column in body.T]) for body in bodies)
+
+
 def _table(path: Path) -> dict[str, Array]:
-    """The columns of a platoon's CSV. Raises `InputError` for a missing column or a cell that is no number."""
+    """The columns of a platoon's CSV, t counted from its first moment. Raises `InputError` for a missing column, a cell that is no number,
+    or a time that does not increase."""
     lines = [line.split(",") for line in read_text(path).splitlines() if line.strip()]
     names = [name.strip() for name in lines[0]] if lines else []
-    for wanted in ("t", *(f"veh{k}_{c}" for k in range(1, _CARS + 1) for c in "xyv")):
-        if wanted not in names:
-            raise InputError(path, "line 1", None, f"missing column {wanted}")
+    wanted = ("t", *(f"veh{k}_{c}" for k in range(1, _CARS + 1) for c in "xyv"))
+    for name in wanted:
+        if name not in names:
+            raise InputError(path, "line 1", None, f"missing column {name}")
+    if len(lines) < 3:
+        raise InputError(path, "", None, "needs at least two rows")
+    for number, line in enumerate(lines[1:], start=1):
+        if len(line) != len(names):
+            raise InputError(path, f"row {number}", ",".join(line), f"must have {len(names)} cells, as the header has")
     try:
         values = np.array([[float(cell) for cell in line] for line in lines[1:]])
     except ValueError as error:
         raise InputError(path, "", None, f"holds a cell that is no number: {error}") from None
-    return {name: values[:, k] for k, name in enumerate(names)}
+    table = {name: values[:, names.index(name)] for name in wanted}
+    for name, column in table.items():
+        if not all_finite(column):
+            raise InputError(path, name, None, "must be finite numbers")
+    back = np.flatnonzero(np.diff(table["t"]) <= 0.0)
+    if back.size:
+        raise InputError(path, f"row {back[0] + 2}: t", float(table["t"][back[0] + 1]), "must increase")
+    return table | {"t": table["t"] - table["t"][0]}
 
 
 def _apart(table: dict[str, Array], one: int, other: int, t_s: float) -> float:

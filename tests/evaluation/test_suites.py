@@ -253,7 +253,7 @@ def made_recordings(folder: Path) -> Path:
     bend = 0.3 * np.sin(np.arange(-200.0, 1200.0) / 60.0)
     plane = np.cumsum(np.column_stack([np.cos(bend), np.sin(bend)]), axis=0)
     places = [np.column_stack([np.interp(along - 20.0 * k + 200.0, np.arange(len(plane)), column) for column in plane.T]) for k in range(5)]
-    (folder / "cats_platoon").mkdir()
+    (folder / "cats_platoon").mkdir(parents=True)
     heads = ["t", *(f"veh{k + 1}_{c}" for k in range(5) for c in "xyv")]
     rows = np.column_stack([t, *(np.column_stack([place, swing]) for place in places)])
     np.savetxt(folder / "cats_platoon" / "made.csv", rows, fmt="%.4f", delimiter=",", header=",".join(heads), comments="")
@@ -279,6 +279,59 @@ def test_recordings_begin_as_recorded_and_the_rear_car_reacts(data: Callable[[Pa
         speeds = Neighbours(case.scene).motions(times)[0].speed_s_mps
         assert np.abs(np.diff(speeds)).max() <= 0.1 * case.scene.road.friction * GRAVITY_MPS2
         assert speeds.min() >= -1e-9
+
+
+def test_a_recording_is_the_same_whenever_it_began_and_however_often_it_looked(tmp_path: Path) -> None:
+    """In Unix time; triples at 25 Hz and at 10 Hz of the same motion, whose speed is linear."""
+    at_first, later = made_recordings(tmp_path / "a"), made_recordings(tmp_path / "b")
+    table = later / "cats_platoon" / "made.csv"
+    heads, *rows = table.read_text().splitlines()
+    moved = [f"{float(row.partition(',')[0]) + 1.7e9:.4f},{row.partition(',')[2]}" for row in rows]
+    table.write_text("\n".join([heads, *moved]))
+    dims = {who: [4.8, 1.9] for who in ("front", "host", "rear")}
+    for folder, dt in ((at_first, 0.1), (later, 0.04)):
+        t = np.arange(0.0, 6.0 + 1e-9, dt)
+        cars = [np.column_stack([20.0 * t + t**2 - s, 0.0 * t, 0.0 * t, 20.0 + 2.0 * t]).tolist() for s in (0.0, 25.0, 50.0)]
+        triple = {"dt": dt, "dims": dims, **dict(zip(("front", "host", "rear"), cars, strict=True))}
+        (folder / "us101_triples_odd.json").write_text(json.dumps({"triples": [triple]}))
+    one, two = (expand("recorded", seed=1, data=folder).cases for folder in (at_first, later))
+    assert [case.scene.name for case in one] == [case.scene.name for case in two]
+    assert {case.family for case in one} == {"platoon", "us101"}
+    for case, other in zip(one, two, strict=True):
+        assert case.scene.duration_s == other.scene.duration_s
+        t = np.arange(0.0, case.scene.duration_s, 0.1)
+        speeds = [Neighbours(scene).motions(t)[0].speed_s_mps for scene in (case.scene, other.scene)]
+        assert speeds[0] == pytest.approx(speeds[1], abs=1e-3)
+    assert one[-1].scene.duration_s == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("us101_triples_odd.json", '[{"front": []}]', r"json: triples: must be a list in an object"),
+        ("us101_triples_odd.json", '{"triples": [[1]]}', r"triples\[0\]: is no triple: must be an object"),
+        ("us101_triples_odd.json", '{"triples": [{"dt": 0, DIMS}]}', r"triples\[0\]: is no triple: dt = 0 must be positive"),
+        ("us101_triples_odd.json", '{"triples": [{"dt": 0.01, DIMS}]}', r"lasts 0.02 s: must last at least 0.1 s"),
+        ("us101_triples_odd.json", '{"triples": [{"dt": 1e12, DIMS}]}', r"and at most 3600 s"),
+        ("us101_triples_odd.json", '{"triples": [{"rear": [[0, 0, 0, 1]], DIMS}]}', r"must have as many rows"),
+        ("us101_triples_odd.json", '{"triples": [{"rear": [[0, 0, 0]], DIMS}]}', r"must be rows of four finite numbers"),
+        ("cats_platoon/made.csv", "HEADS\n0,ROW\n0.1,ROW\n0.1,ROW", r"made\.csv: row 3: t = 0\.1: must increase"),
+        ("cats_platoon/made.csv", "HEADS\n0,ROW\n0.1", r"made\.csv: row 2 = '0\.1': must have 16 cells"),
+        ("cats_platoon/made.csv", "HEADS\n0,ROW", r"made\.csv: needs at least two rows"),
+        ("cats_platoon/made.csv", "HEADS\n0,ROW\nnan,ROW", r"made\.csv: t: must be finite numbers"),
+    ],
+)
+def test_a_recording_that_is_none_is_one_line(tmp_path: Path, name: str, text: str, said: str) -> None:
+    folder = made_recordings(tmp_path / "data")
+    heads = (folder / "cats_platoon" / "made.csv").read_text().splitlines()[0]
+    whole = json.dumps({who: [[k, 0.0, 0.0, 9.0] for k in range(3)] for who in ("front", "host", "rear")})[1:-1]
+    dims = f'{whole}, "dims": {json.dumps({who: [4.8, 1.9] for who in ("front", "host", "rear")})}'
+    if '"rear"' in text:
+        dims = dims.replace('"rear": [[0', '"rest": [[0', 1)
+    text = text.replace("HEADS", heads).replace("ROW", ",".join("1" * 15)).replace("DIMS", dims)
+    (folder / name).write_text(text)
+    with pytest.raises(InputError, match=said):
+        expand("recorded", data=folder)
 
 
 def test_a_family_file_is_a_suite_of_one() -> None:
