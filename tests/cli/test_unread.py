@@ -9,7 +9,6 @@ import pytest
 from tests.cli.command_line import run
 
 WORKERS = "--workers: not read by --scheduler, which has workers of its own"
-
 FATROP = "--solver = 'fatrop': is asked neither with --checks duals nor with --cost clearance: ipopt is"
 
 
