@@ -50,8 +50,8 @@ def simulate(
     """Drives a planner through a scene (or the shipped one of that name, or a path), and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
-    a registered name, a `Driver`, or a method (`planning.method.Method`). It plans every `cycle_s` of `settings`; without them of the
-    driver's own, if it has any. `plant` is a registered name, or a class or function that
+    a registered name, a `Driver`, or a method (`planning.method.Method`). It plans every `cycle_s` of `settings`; without them of its
+    own, if it has any. `plant` is a registered name, or a class or function that
     builds one (`simulation.plant.Plant`). Planner and controller get the plant's pose and what `motion_sensors` (a name of
     `simulation.motion_sensors.MOTION_SENSORS`, or a record) measure of its motion; the sideslip of a dynamic vehicle is an observer's, and
     the planner gets the no-slip state that moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
@@ -67,7 +67,8 @@ def simulate(
     require_type("scene", scene, Scene)
     require_type_if_given("settings", settings, Settings)
     require_type_if_given("faults", faults, SensorFaults)
-    settings = settings or (isinstance(planner, Driver) and _its_own(planner, "settings", Settings)) or Settings()
+    own = _its_own(planner, "settings", Settings)
+    settings = settings or own or Settings()
     seed = scene.seed if seed is None else whole("seed", seed)
     not_a_class("planner", planner)
     not_a_class("controller", controller)
@@ -77,7 +78,8 @@ def simulate(
         raise ParameterError("progress", progress, "must be a function of how many turns are done, and of how many")
     traffic, car = Traffic(scene), Car(plant, scene.vehicle, scene.true_road, scene.host_state)
     host = MeasuredHost(scene.vehicle, car.state, sensors_named(motion_sensors), friction=scene.assumed_road.friction, seed=seed)
-    driver = _driver(planner, scene, planned_for(settings, slips=car.slips), slips=car.slips)
+    reserve = car.slips and own is None  # a method that was built with its own settings solves with them
+    driver = _driver(planner, scene, planned_for(settings, slips=reserve), slips=car.slips)
     driver.set_destination(scene.destination_to_reach)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     turned = driver.takes_zero_sideslip_point

@@ -16,6 +16,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vocabulary import Mode, Request, Status
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.loop import simulate
@@ -311,3 +312,13 @@ class ShortStep(Driver):
 def test_a_driver_that_cannot_be_asked_or_gives_no_plan_is_named(driver: Driver, said: str) -> None:
     with pytest.raises(ParameterError, match=said):
         simulate(make_scene(duration_s=0.2), driver)
+
+
+@pytest.mark.parametrize("plant", ["kinematic", "dynamic"])
+def test_a_method_drives_with_the_settings_that_it_was_built_with(plant: str) -> None:
+    scene = make_scene(duration_s=0.4)
+    own = Settings(cycle_s=0.05, speed_limit_excess=0.2)
+    drive = simulate(scene, MpcMethod(scene.vehicle, own), plant=plant)
+    assert (drive.plans, drive.fallbacks, drive.unavoidable) == (8, 0, 0)
+    with pytest.raises(ParameterError, match="those of the method"):
+        simulate(scene, MpcMethod(scene.vehicle, own), plant=plant, settings=Settings())
