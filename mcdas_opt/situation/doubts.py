@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from operator import attrgetter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -93,22 +95,26 @@ def _supposed(
     tracks: Sequence[Track], last: dict[str, Track], supposed: Sequence[SupposedTrack], elapsed_s: float, doubts: list[Doubt]
 ) -> list[SupposedTrack]:
     """Who may still be where it was going, though no track is there now."""
-    found = []
+    found, changed = [], _changed(tracks, last, elapsed_s)
+    if not supposed and not changed:
+        return []
+    now = _rows(tracks)
     for one in supposed:
         left_s, expected = round(one.left_s - elapsed_s, _CLOCK_DIGITS), one.track.later(elapsed_s)
-        if 0.0 < elapsed_s <= _MEMORY_S and left_s > 0.0 and _who_is(expected, tracks, elapsed_s) is None:
+        if 0.0 < elapsed_s <= _MEMORY_S and left_s > 0.0 and _who_is(expected, now, elapsed_s) is None:
             found.append(SupposedTrack(track=expected, left_s=left_s))
     swapped: set[tuple[str, ...]] = set()
-    for track, then in _changed(tracks, last, elapsed_s):
+    for track, then in changed:
         doubt = _jump(track, then, elapsed_s)
         if doubt is None:
             continue
         expected = then.later(elapsed_s)
-        other = _who_is(expected, tracks, elapsed_s)
-        if other is None:
+        at = _who_is(expected, now, elapsed_s)
+        if at is None:
             doubts.append(doubt)
             found.append(SupposedTrack(track=replace(expected, id=f"{track.id} {_SUPPOSED}"), left_s=_SUPPOSED_S))
             continue
+        other = tracks[at]
         pair = tuple(sorted((track.id, other.id)))
         if pair not in swapped:
             swapped.add(pair)
@@ -130,10 +136,24 @@ def _changed(tracks: Sequence[Track], last: dict[str, Track], elapsed_s: float) 
     ]
 
 
-def _who_is(expected: Track, tracks: Sequence[Track], elapsed_s: float) -> Track | None:
-    """The track that is where a body was expected, as fast as that."""
-    there = (track for track in tracks if _place_error(track, expected) is None and _speed_error(track, expected, elapsed_s) is None)
-    return next(there, None)
+def _rows(tracks: Sequence[Track]) -> Array:
+    """(6, n): s, d and speed along the road of each, and their variances."""
+    return (
+        np.array([(t.s_m, t.d_m, t.speed_s_mps, t.covariance[0, 0], t.covariance[2, 2], t.covariance[1, 1]) for t in tracks])
+        .reshape(-1, 6)
+        .T
+    )
+
+
+def _who_is(expected: Track, rows: Array, elapsed_s: float) -> int | None:
+    """The first of the tracks that is where a body was expected, as fast as that: `_place_error` and `_speed_error` of all at once."""
+    there = np.ones(rows.shape[1], dtype=bool)
+    of = (expected.s_m, expected.d_m, expected.speed_s_mps)
+    allowed = (_JUMP_M, _JUMP_M, _JUMP_MPS + _HARDEST_MPS2 * elapsed_s)
+    for row, variances, value, most, k in zip(rows[:3], rows[3:], of, allowed, (0, 2, 1), strict=True):
+        spread = _SIGMAS * np.sqrt(np.maximum(variances + expected.covariance[k, k], 0.0))
+        there &= ~(np.abs(row - value) > most + spread)
+    return int(there.argmax()) if there.any() else None
 
 
 def _jump(track: Track, last: Track, elapsed_s: float) -> Doubt | None:
@@ -169,21 +189,36 @@ def _in_one_place(tracks: Sequence[Track], last: dict[str, Track]) -> list[Doubt
     reach = 0.5 * (places[:, None, 2:] + places[None, :, 2:]) - np.abs(places[:, None, :2] - places[None, :, :2])
     variances = np.array([(t.covariance[0, 0], t.covariance[2, 2]) for t in tracks])
     deep = np.asarray(reach - _SIGMAS * np.sqrt(np.maximum(variances[:, None] + variances[None], 0.0))).min(axis=-1)
-    together: dict[int, set[int]] = {}
-    depths: dict[int, float] = {}
-    for i, j in np.argwhere(np.triu(deep >= _OVERLAP_M, 1)).tolist():
-        one, other = tracks[i], tracks[j]
-        if one.id in last and other.id in last and _run_together(one, other):
-            continue
-        group = together.get(i, {i}) | together.get(j, {j})
-        depth = max(depths.get(i, 0.0), depths.get(j, 0.0), float(reach[i, j].min()))
-        for k in group:
-            together[k], depths[k] = group, depth
-    firsts = [k for k, group in together.items() if k == min(group)]
+    meet = (deep >= _OVERLAP_M) & ~_run_together(tracks, last)
+    np.fill_diagonal(meet, False)
+    depth = np.where(meet, reach.min(axis=-1), 0.0)
     return [
-        Doubt(kind=DoubtKind.ONE_PLACE, tracks=tuple(tracks[j].id for j in sorted(together[k])), value=depths[k], unit="m")
-        for k in sorted(firsts)
+        Doubt(kind=DoubtKind.ONE_PLACE, tracks=tuple(tracks[k].id for k in group), value=float(depth[group].max()), unit="m")
+        for group in _groups(meet)
     ]
+
+
+def _groups(meet: NDArray[np.bool_]) -> Iterator[NDArray[np.intp]]:
+    """Indices of those (n, n) that meet one another, each group of them in order; who meets nobody is in none."""
+    left = meet.any(axis=0)
+    while left.any():
+        group = np.zeros_like(left)
+        new = np.arange(left.size) == left.argmax()
+        while new.any():
+            group |= new
+            new = meet[new].any(axis=0) & ~group
+        left &= ~group
+        yield np.flatnonzero(group)
+
+
+def _run_together(tracks: Sequence[Track], last: dict[str, Track]) -> NDArray[np.bool_]:
+    """(n, n): whether two that were there before clearly differ in speed."""
+    speeds = np.array([track.speed_s_mps for track in tracks])
+    variances = np.array([track.covariance[1, 1] for track in tracks])
+    known = np.array([track.id in last for track in tracks])
+    spreads = np.sqrt(np.maximum(variances[:, None] + variances, 0.0))
+    differ = np.abs(speeds[:, None] - speeds) > np.maximum(_AGAINST_SIGMAS * spreads, _AGAINST_MPS)
+    return np.asarray(differ & known & known[:, None])
 
 
 def _some_overlap(tracks: Sequence[Track]) -> bool:
@@ -199,12 +234,6 @@ def _some_overlap(tracks: Sequence[Track]) -> bool:
             if along >= _OVERLAP_M and across >= _OVERLAP_M:
                 return True
     return False
-
-
-def _run_together(one: Track, other: Track) -> bool:
-    """Whether the two clearly differ in speed."""
-    spread = math.sqrt(max(float(one.covariance[1, 1] + other.covariance[1, 1]), 0.0))
-    return abs(one.speed_s_mps - other.speed_s_mps) > max(_AGAINST_SIGMAS * spread, _AGAINST_MPS)
 
 
 def _without_duplicates(tracks: Sequence[Track], last: dict[str, Track], doubts: list[Doubt]) -> list[Track]:

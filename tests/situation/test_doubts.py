@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
 
 from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
 from mcdas_opt.domain.host import HostState
@@ -186,3 +188,20 @@ def test_who_overtakes_a_little_too_near_is_beside(depth: float, closing: float)
     (known,) = what(now, replace(now, time_s=4.9, tracks=(replace(there, s_m=there.s_m - (15.0 + closing) * 0.1),))).situation.tracks
     assert known.s_m == there.s_m
     assert known.d_m > there.d_m
+
+
+@given(seed=st.integers(0, 2**32), count=st.integers(2, 40), wide=st.sampled_from((5.0, 40.0, 200.0)), known=st.booleans())
+def test_who_are_in_one_place_are_those_whom_overlaps_link(seed: int, count: int, wide: float, known: bool) -> None:
+    """scipy finds the same groups in the graph of pairs."""
+    numbers = np.random.default_rng(seed)
+    tracks = [car(str(k), *numbers.uniform((0.0, 0.0, -3.0), (wide, 30.0, 3.0))) for k in range(count)]
+    now = replace(seen(5.0, *tracks), host=HostState(s_m=1e4, speed_mps=15.0))
+    meet = np.zeros((count, count), dtype=bool)
+    for i, one in enumerate(tracks):
+        for j, other in enumerate(tracks):
+            deep = min(4.5 - abs(one.s_m - other.s_m), 1.8 - abs(one.d_m - other.d_m)) - 3.0 * math.sqrt(0.02) >= 0.5
+            meet[i, j] = i != j and deep and not (known and abs(one.speed_s_mps - other.speed_s_mps) > 2.0)
+    _, group = connected_components(meet, directed=False)
+    linked = {tuple(np.flatnonzero(group == k).astype(str)) for k in range(count) if (group == k).sum() > 1}
+    found = what(now, after(now, -0.1) if known else None)
+    assert {doubt.tracks for doubt in found.doubts if doubt.kind is DoubtKind.ONE_PLACE} == linked

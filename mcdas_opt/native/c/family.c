@@ -232,8 +232,8 @@ static int on_road(const Family *f, double *restrict w)
     return greatest(n, w + WAY_S * n) + 0.5 * f->length + EDGE_M <= f->end;
 }
 
-/* the separation from the nearest body at each sample; whether any is near */
-static int separations(const Family *f, double *restrict w)
+/* the separation from the nearest body at each sample, of those up to the first that comes no farther off than `enough`; whether any is near */
+static int separations(const Family *f, double enough, double *restrict w)
 {
     const whole n = ROW;
     const double *restrict s = w + WAY_S * n, *restrict d = w + WAY_D * n, *restrict sine = w + SINE * n, *restrict cosine = w + COSINE * n;
@@ -257,6 +257,7 @@ static int separations(const Family *f, double *restrict w)
             who[t] = near < best[t] ? (double)i : who[t];
             best[t] = LESSER(near, best[t]);
         }
+        if (least(n, best) <= enough) break;
     }
     return greatest(n, who) >= 0.0;
 }
@@ -328,7 +329,7 @@ PUBLIC void mcdas_family_score(const Family *f, double *result)
             to[SEPARATION * size] = NEAR_M;
             to[CONTACT * size] = HUGE_VAL;
             to[WITH * size] = -1.0;
-            if (separations(f, w)) {
+            if (separations(f, -HUGE_VAL, w)) {
                 const double *gap = w + NEAREST * n, lowest = least(n, gap);
                 to[SEPARATION * size] = lowest;
                 for (whole t = 0; t < n && lowest <= f->clear; t++)
@@ -370,7 +371,7 @@ PUBLIC void mcdas_family_best(const Family *f, const whole *kinds, whole count_o
             change = cost_change(f, w);
             closing = end_closing(f, q, w);
             if (rint((sum + change + closing) / TICK) > ticks[kind] || !possible(f, q, w) || !on_road(f, w)) continue;
-            if (separations(f, w)) {
+            if (separations(f, f->clear, w)) {
                 lowest = least(n, w + NEAREST * n);
                 if (lowest <= f->clear) continue;
                 sum += cost_near(f, w + NEAREST * n);

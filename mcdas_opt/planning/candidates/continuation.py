@@ -83,9 +83,9 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
 
 def is_in_the_way(plan: Trajectory, follower: str, cycle: Cycle) -> bool:
     """Whether he may be behind the plan's end, in its way."""
-    s, d = plan.s_m.item(-1), plan.d_m.item(-1)
+    s, d, theirs = plan.s_m.item(-1), plan.d_m.item(-1), names_of(follower)
     for body in cycle.prediction.bodies:
-        if body.id in names_of(follower):
+        if body.id in theirs:
             there = body.at(plan.t_s[-1:])
             if there.s_m.item() < s and abs(there.d_m.item() - d) < 0.5 * (body.width_m + cycle.vehicle.width_m) + IN_THE_WAY_M:
                 return True
