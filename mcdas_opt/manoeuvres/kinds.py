@@ -36,6 +36,7 @@ SPEEDS: tuple[tuple[float, float, float], ...] = (  # share, until [s], share; n
 )
 KEEPING_MPS2 = 1.0  # how hard the car is brought back to the middle of its lane
 DODGE_ROOM_M = 0.35  # from flank to flank, where no lane change is clear and the car only dodges the one ahead or behind
+MOST_DODGED = 16  # bodies
 SOFTNESS = 50.0  # b of the sigmoid
 APART_MPS = 1.5  # a member that is faster (slower) ends so by this much
 CLEAR_M = 0.05  # left to everybody
@@ -161,18 +162,18 @@ def _lane_changes(situation: Situation, vehicle: Vehicle) -> list[tuple[float, f
 
 
 def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction) -> list[tuple[float, float]]:
-    """(target d, side) just past the flanks of those in the host's way, as far as the road goes."""
+    """(target d, side) just past the flanks of those in the host's way, the nearest so many, as far as the road goes."""
     host, road, now = situation.host, situation.road, np.zeros(1)
     half = 0.5 * vehicle.width_m
-    ends: list[tuple[float, float]] = []
-    for body in prediction.bodies:
-        d = float(body.at(now).d_m[0])
-        if abs(d - host.d_m) < half + 0.5 * body.width_m:
-            for sign in (1.0, -1.0):
-                target = d + sign * (half + 0.5 * body.width_m + DODGE_ROOM_M)
-                if float(road.right_edge_at(host.s_m)) + half < target < float(road.left_edge_at(host.s_m)) - half:
-                    ends.append((target, sign))
-    return ends
+    lowest, highest = float(road.right_edge_at(host.s_m)) + half, float(road.left_edge_at(host.s_m)) - half
+    places = [(body, body.at(now)) for body in prediction.bodies]
+    places = [(body, place) for body, place in places if abs(place.d_m[0] - host.d_m) < half + 0.5 * body.width_m]
+    if len(places) > MOST_DODGED:
+        places = sorted(places, key=lambda one: abs(float(one[1].s_m[0]) - host.s_m))[:MOST_DODGED]
+    ends = [
+        (float(place.d_m[0]) + sign * (half + 0.5 * body.width_m + DODGE_ROOM_M), sign) for body, place in places for sign in (1.0, -1.0)
+    ]
+    return [(target, sign) for target, sign in ends if lowest < target < highest]
 
 
 def _phases(vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -> Phases:

@@ -97,19 +97,22 @@ class AskedMethod:
         return self.method.solver if isinstance(self.method, SolvingMethod) else ""
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
-        """What it answers to this cycle. An exception that is not ours is no answer, and told in a `PlannerFaultWarning`; of a method
-        without a ladder in a `PlannerFaultError`."""
+        """What it answers to this cycle. An exception is no answer, and told in a `PlannerFaultWarning`; of a method without a ladder in
+        a `PlannerFaultError`. One of ours leaves, unless a method of another kind raised it, which has a ladder."""
         try:
-            return self._answer(cycle)
-        except McdasError:
-            raise
+            answer = self._answer(cycle)
         except Exception as error:
+            if isinstance(error, McdasError) and (self._of_cycles is not None or not self.has_ladder):
+                raise
             said = f"{type(error).__name__}: {error}"
             if not self.has_ladder:
                 raise PlannerFaultError(self.name, cycle.given.time_s, said) from error
             fault = f"{self.name} failed: {said}"
             warnings.warn(fault, PlannerFaultWarning, stacklevel=2)
             return NothingPasses(reason=fault, memory=replace(cycle.memory, warm_starts=None))
+        if not isinstance(answer, (Plan, NothingPasses)):
+            require_type(f"the answer of {self.name}", answer, Plan, Refusal)
+        return answer
 
     def _answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """One that does not know cycles plans in the place and time that were given."""
@@ -118,7 +121,8 @@ class AskedMethod:
         answer = self.method.plan(cycle.believed, None if cycle.memory.is_empty else self.previous)
         if isinstance(answer, Plan):
             return self._judged(answer, cycle)
-        require_type(f"the answer of {self.name}", answer, Plan, Refusal)
+        if not isinstance(answer, Refusal):
+            return answer
         return NothingPasses(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations, memory=cycle.memory)
 
     def _judged(self, plan: Plan, cycle: Cycle) -> Plan | NothingPasses:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import MOST_TRACKS, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import separation_of_poses
@@ -56,7 +56,7 @@ def believed(
 
     - Faster than any car: it moves as before, or as the fastest car does.
     - Jumped, in place or speed, since `before` (at most a second ago): it is where it is said to be, and may for a while still be where
-      it was going, unless another track is there now: then the two have swapped ids.
+      it was going, unless another track is there now: then the two have swapped ids. The nearest, where a situation holds no more.
     - Within the host: it is beside the host, in the direction in which its place is least wrong.
     - In one place: they are all there. Of those that are equal in everything but their names one stays.
     """
@@ -69,6 +69,8 @@ def believed(
     tracks = [_beside(track, last.get(track.id), elapsed_s, situation.host, vehicle, doubts) for track in tracks]
     taken = {track.id for track in tracks}
     still = [one for one in still if one.track.id not in taken and _depth_in_host(one.track, situation.host, vehicle) is None]
+    if len(tracks) + len(still) > MOST_TRACKS:
+        still = sorted(still, key=lambda one: abs(one.track.s_m - situation.host.s_m))[: MOST_TRACKS - len(tracks)]
     tracks += [one.track for one in still]
     same = len(tracks) == len(situation.tracks) and all(map(operator.is_, tracks, situation.tracks))
     return Believed(situation=situation if same else replace(situation, tracks=tuple(tracks)), doubts=tuple(doubts), supposed=tuple(still))

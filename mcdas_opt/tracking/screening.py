@@ -19,7 +19,6 @@ SD_MIN, SD_MAX = 1e-6, 1e3  # [m, rad, m/s]: no radar claims to be better, none 
 MOUNTED_WITHIN_M = 100.0  # of the body centre: the longest road train
 MOST_SCANS = 40  # of an update: the latest
 MOST_DETECTIONS = 256  # of a scan: the nearest; a radar of points has to group them before
-MOST_TRACKS = 256  # that live at a time: the confirmed ones, then the nearest
 SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
 Source = tuple[str, str]  # sensor and sector: one product may sit at the front and at the rear
 

@@ -14,6 +14,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import finite, positive
+from mcdas_opt.domain.situation import MOST_TRACKS
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
@@ -30,7 +31,6 @@ from mcdas_opt.tracking.screening import (
     FUTURE_TOLERANCE_S,
     MOST_DETECTIONS,
     MOST_SCANS,
-    MOST_TRACKS,
     Source,
     body_fault,
     clock_fault,

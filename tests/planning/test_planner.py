@@ -252,6 +252,18 @@ def test_what_a_method_raises_is_answered_by_the_ladder_and_told() -> None:
     assert "Broken failed: ZeroDivisionError: of a planner" in plan.reason
 
 
+def test_what_a_method_raises_of_our_errors_is_answered_by_the_ladder_too() -> None:
+    """As a record refuses a number that it computed."""
+
+    class Refused(Broken):
+        def plan(self, situation: Situation, previous: Plan | None) -> Plan:
+            raise ParameterError("speed_mps", -1.0, "must be positive")
+
+    with pytest.warns(PlannerFaultWarning, match="Refused failed: ParameterError: speed_mps"):
+        plan = Planner(method=Refused()).plan(sandwich())
+    assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
+
+
 class Believed:
     """The corrected closed form's plan with columns changed, and a verdict that says nothing of it."""
 

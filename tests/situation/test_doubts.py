@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Coverage, Situation
+from mcdas_opt.domain.situation import MOST_TRACKS, Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.situation.doubts import Believed, believed
@@ -205,3 +205,12 @@ def test_who_are_in_one_place_are_those_whom_overlaps_link(seed: int, count: int
     linked = {tuple(np.flatnonzero(group == k).astype(str)) for k in range(count) if (group == k).sum() > 1}
     found = what(now, after(now, -0.1) if known else None)
     assert {doubt.tracks for doubt in found.doubts if doubt.kind is DoubtKind.ONE_PLACE} == linked
+
+
+def test_more_than_a_situation_holds_are_not_supposed() -> None:
+    """As many as there may be jump away: the nearest of those who may still be where they were going would be one too many."""
+    before = seen(0.0, *(car(str(k), 30.0 + 20.0 * k, 10.0) for k in range(MOST_TRACKS - 10)))
+    now = replace(before, time_s=0.1, tracks=tuple(replace(track, d_m=300.0) for track in before.tracks))
+    found = what(now, before)
+    assert len(found.situation.tracks) == MOST_TRACKS
+    assert sorted(float(one.track.s_m) for one in found.supposed) == pytest.approx([31.0 + 20.0 * k for k in range(10)])

@@ -14,7 +14,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import positive
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import MOST_TRACKS, Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side, Status
@@ -145,6 +145,8 @@ class SumoDriver:
         frame, state, now = self._frame, self._state, self._time_s()
         road = self._road()
         others = self._traffic.around(frame, state.s_m, now)
+        if len(others) > MOST_TRACKS:
+            others = tuple(sorted(others, key=lambda body: abs(body.s_m - state.s_m))[:MOST_TRACKS])
         return Situation(
             time_s=now,
             host=state,
