@@ -14,6 +14,8 @@ from benchmarks.attack.__main__ import ATTACKS, run
 QUICK = {
     "constructors": 300,
     "situations": 30,
+    "crowds": 3,
+    "methods": 30,
     "streams": 60,
     "files": 300,
     "journals": 30,

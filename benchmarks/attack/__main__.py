@@ -6,6 +6,8 @@
 |---|---|
 | constructors | every record, with anything in its fields |
 | situations | absurd traffic, hosts and roads, planned for |
+| crowds | hundreds of bodies, in one place or along the road, who vanish together |
+| methods | methods of others, who answer anything |
 | planners | cars and settings that nobody would have, and plans of theirs |
 | streams | cycles of hostile scans under clocks that jitter, stop, jump and run back |
 | files | scenes, cars, sensors, cases, suites, recordings ... with bytes, lines, numbers and words changed |
@@ -37,7 +39,22 @@ import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.attack import clocks, commands, constructors, deadlines, files, journals, kills, live, planners, situations, streams, studio
+from benchmarks.attack import (
+    clocks,
+    commands,
+    constructors,
+    crowds,
+    deadlines,
+    files,
+    journals,
+    kills,
+    live,
+    methods,
+    planners,
+    situations,
+    streams,
+    studio,
+)
 from benchmarks.attack.table import Block, Table
 from benchmarks.attack.tally import Tally
 from mcdas_opt.evaluation.provenance import commit
@@ -47,6 +64,8 @@ from mcdas_opt.evaluation.running.journal import Journal
 ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int], int]] = {
     "constructors": (constructors.attack, (500, 20_000, 1_000_000), 20_000),
     "situations": (situations.attack, (60, 2_000, 100_000), 1_000),
+    "crowds": (crowds.attack, (6, 60, 1_000), 100),
+    "methods": (methods.attack, (50, 1_000, 10_000), 1_000),
     "planners": (planners.attack, (50, 1_000, 10_000), 1_000),
     "streams": (streams.attack, (150, 2_000, 100_000), 1_000),
     "files": (files.attack, (500, 10_000, 100_000), 5_000),

@@ -17,6 +17,7 @@ from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.measurement import BodyDetection
 from mcdas_opt.domain.sensor import Beam
+from mcdas_opt.domain.situation import MOST_TRACKS
 from mcdas_opt.domain.vocabulary import BodyKind, Side
 from mcdas_opt.errors import McdasError
 
@@ -183,6 +184,37 @@ def situations(draw: st.DrawFn) -> tuple[Situation, ...]:
         for _, host, _ in drawn
         for _, _, others in drawn
     )
+
+
+@st.composite
+def crowds(draw: st.DrawFn, cycles: int) -> tuple[Situation, ...]:
+    """Cycles of hundreds of bodies, of whom all are seen again in the next, or none."""
+    numbers = np.random.default_rng(draw(st.integers(0, 2**32)))
+    road, host, asked = draw(roads()), draw(hosts()), []
+    centre_m, along_m, across_m = (
+        draw(st.floats(-50.0, 100.0)),
+        draw(st.sampled_from((0.0, 1.0, 30.0, 300.0, 3000.0))),
+        draw(_mostly(0.0, 8.0)),
+    )
+    turned, quick, long_m = draw(st.booleans()), draw(st.sampled_from((0.0, 1.0, 40.0))), draw(st.sampled_from((0.5, 4.5, 18.0)))
+    for k in range(cycles):
+        named = f"{k} " if draw(st.booleans()) else ""
+        now = dataclasses.replace(host, s_m=host.s_m + 0.1 * k * min(host.speed_mps, 100.0))
+        bodies = tuple(
+            _with(
+                Track(id=f"{named}{i}", s_m=30.0 * i, d_m=0.0, speed_s_mps=10.0, length_m=long_m),
+                s_m=now.s_m + centre_m + along_m * along,
+                d_m=across_m * across,
+                speed_s_mps=host.speed_mps + quick * fast,
+                heading_rad=math.pi * heading if turned else None,
+            )
+            for i, (along, across, fast, heading) in enumerate(
+                numbers.uniform(-1.0, 1.0, (draw(st.sampled_from((50, 150, MOST_TRACKS))), 4))
+            )
+        )
+        coverage = Coverage(**{sector.value: draw(st.booleans()) for sector in Sector})
+        asked.append(_with(Situation(time_s=0.1 * k, host=HOST, coverage=coverage), road=road, host=now, tracks=bodies))
+    return tuple(asked)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
