@@ -97,7 +97,7 @@ class Cycle:
         choice = lane_choice(situation, vehicle, settings, choice, elapsed_s) if active is None else choice.resting
         deficits = front_deficits(situation, vehicle, settings.safe_end, before.deficits, elapsed_s)
         attentive = attentive_followers(situation, vehicle, settings, before.attentive)
-        passed = passed_in_lane(situation, vehicle, before.passed, elapsed_s)
+        in_lane = passed_in_lane(situation, vehicle, before.passed_in_lane, elapsed_s)
         assessment = assess(
             situation,
             vehicle,
@@ -106,7 +106,7 @@ class Cycle:
             elapsed_s,
             leaves_lane=leaves_lane,
             attentive=attentive,
-            passed=passed.ids,
+            passed=in_lane.ids,
         )
         asked_m, steers = settings.headway.gap_m(situation.host.speed_mps), memory.active is not None
         unaided = predict_for(situation, settings.prediction)
@@ -126,7 +126,7 @@ class Cycle:
                 cut_in=cut_in(assessment, memory.assessment, before.cut_in, elapsed_s, asked_m=asked_m, steers=steers),
                 lane_choice=choice,
                 attentive=attentive,
-                passed=passed,
+                passed_in_lane=in_lane,
                 blind_ahead=blind,
             ),
             assessment=assessment,
@@ -194,16 +194,16 @@ class Cycle:
         return road.lane_centre_m(self.situation.host_lane, host.s_m)
 
     @property
-    def passed(self) -> PassedInLane:
+    def passed_in_lane(self) -> PassedInLane:
         """Who stands at the lane's side and is passed within it."""
-        assert self.observed.passed is not None
-        return self.observed.passed
+        assert self.observed.passed_in_lane is not None
+        return self.observed.passed_in_lane
 
     @property
     def kept_d_m(self) -> float:
         """Where the host drives in that lane now."""
-        if self.passed.passed or self.passed.offset_m != 0.0:
-            return self.lane_centre_m + self.passed.offset_m
+        if self.passed_in_lane.cars or self.passed_in_lane.offset_m != 0.0:
+            return self.lane_centre_m + self.passed_in_lane.offset_m
         return kept_d_m(self.situation, self.vehicle, self.lane_centre_m)
 
     @property

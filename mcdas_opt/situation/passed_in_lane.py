@@ -44,7 +44,7 @@ class Passed:
 class PassedInLane:
     """Nearest first, and how far to the left of the lane's middle the host drives for them: now, and once it has gone aside [m]."""
 
-    passed: tuple[Passed, ...] = ()
+    cars: tuple[Passed, ...] = ()
     offset_m: float = 0.0
     goal_m: float = 0.0
 
@@ -55,7 +55,7 @@ class PassedInLane:
 
     @property
     def ids(self) -> frozenset[str]:
-        return frozenset(one.track.id for one in self.passed)
+        return frozenset(one.track.id for one in self.cars)
 
 
 class _AtTheSide(NamedTuple):
@@ -72,14 +72,14 @@ def passed_in_lane(situation: Situation, vehicle: Vehicle, before: PassedInLane 
     between the bodies; as far as one offset passes them all. The offset changes slowly from what it was `before`, so long ago, or from
     where the host is."""
     found, goal_m = _found(situation, vehicle, frozenset() if before is None else before.ids)
-    passed = tuple(_past(one, goal_m, situation, vehicle) for one in found)
+    cars = tuple(_past(one, goal_m, situation, vehicle) for one in found)
     if before is None:
         host, road = situation.host, situation.road
         offset_m = min(max(host.d_m - road.lane_centre_m(situation.host_lane, host.s_m), min(goal_m, 0.0)), max(goal_m, 0.0))
     else:
         step_m = _ASIDE_MPS * elapsed_s
         offset_m = min(max(goal_m, before.offset_m - step_m), before.offset_m + step_m)
-    return PassedInLane(passed=passed, offset_m=offset_m, goal_m=goal_m)
+    return PassedInLane(cars=cars, offset_m=offset_m, goal_m=goal_m)
 
 
 def _found(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> tuple[list[_AtTheSide], float]:

@@ -41,13 +41,13 @@ def test_the_host_has_room_at_both_sides(bodies: list[tuple[float, float, float,
     tracks = [Track(id=str(i), s_m=s, d_m=d, speed_s_mps=speed, width_m=width) for i, (d, s, width, speed) in enumerate(bodies)]
     found = passed_in_lane(situation(*tracks), CAR)
     assert abs(found.goal_m) + 0.5 * CAR.width_m < HALF_M
-    for one in found.passed:
+    for one in found.cars:
         away_m = abs(one.track.d_m - found.goal_m) - 0.5 * (CAR.width_m + one.track.width_m)
         assert away_m == pytest.approx(one.gap_m)
         assert one.gap_m >= 0.5 - 1e-9
         assert abs(one.track.d_m) + 0.5 * one.track.width_m >= HALF_M
         assert abs(one.track.speed_s_mps) <= 0.4
-    nearer = [one.track.s_m for one in found.passed]
+    nearer = [one.track.s_m for one in found.cars]
     assert nearer == sorted(nearer)
 
 
@@ -73,8 +73,8 @@ def test_the_mirrored_lane_has_the_mirrored_offset(one: float, other: float) -> 
     ],
 )
 def test_nobody_else_is_passed(track: Track) -> None:
-    assert not passed_in_lane(situation(track), CAR).passed
-    assert passed_in_lane(situation(standing(-1.9)), CAR).passed
+    assert not passed_in_lane(situation(track), CAR).cars
+    assert passed_in_lane(situation(standing(-1.9)), CAR).cars
 
 
 def test_who_is_met_later_and_cannot_be_passed_with_the_others_is_left() -> None:
@@ -85,7 +85,7 @@ def test_who_is_met_later_and_cannot_be_passed_with_the_others_is_left() -> None
 
 def test_who_was_passed_is_passed_at_a_little_less_room() -> None:
     less = situation(standing(-1.9, s_m=40.0), standing(-1.46, s_m=42.0))
-    before = replace(passed_in_lane(less, CAR), passed=())
+    before = replace(passed_in_lane(less, CAR), cars=())
     assert "at 42" not in passed_in_lane(less, CAR, before).ids
     wider = passed_in_lane(situation(standing(-1.6, s_m=42.0)), CAR)
     assert "at 42" in passed_in_lane(situation(standing(-1.46, s_m=42.0)), CAR, wider).ids
@@ -100,7 +100,7 @@ def test_the_offset_changes_slowly() -> None:
     assert there.offset_m == there.goal_m == begun.goal_m
     assert there.moving_s == 0.0
     gone = passed_in_lane(nobody, CAR, there, 0.1)
-    assert not gone.passed
+    assert not gone.cars
     assert gone.goal_m == 0.0
     assert there.offset_m - 0.1 < gone.offset_m < there.offset_m
 
@@ -114,6 +114,6 @@ def test_without_a_memory_it_begins_where_the_host_is(d_m: float) -> None:
 
 
 def test_the_narrower_the_slower() -> None:
-    wide, narrow = (passed_in_lane(situation(standing(d_m)), CAR).passed[0] for d_m in (-2.2, -1.6))
+    wide, narrow = (passed_in_lane(situation(standing(d_m)), CAR).cars[0] for d_m in (-2.2, -1.6))
     assert narrow.gap_m < wide.gap_m
     assert narrow.most_mps < wide.most_mps

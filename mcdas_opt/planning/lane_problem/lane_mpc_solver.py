@@ -24,7 +24,7 @@ from mcdas_opt.planning.lane_problem.lane_parameters import (
     shared_values,
     slip_values,
 )
-from mcdas_opt.planning.lane_problem.mirror import is_turned, turned_guess, turned_inputs, turned_states
+from mcdas_opt.planning.lane_problem.mirror import is_mirrored, mirrored_guess, mirrored_inputs, mirrored_states
 from mcdas_opt.planning.lane_problem.roll_out import roll_out, within_reach
 from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProblem, TranscribedProblems
 from mcdas_opt.planning.solver_settings import SolverSettings
@@ -50,7 +50,7 @@ class _WarmStart:
     proposed: Proposed
     outcome: Outcome
     engine: Engine
-    turned: bool
+    mirrored: bool
     others: ObstacleSlots
 
 
@@ -114,28 +114,28 @@ class LaneMpcSolver:
         """From the candidate's last solve when that says something of this one, else from its own path."""
         scene = self._shared(cycle)
         transcribed, others = scene.transcribed, scene.others
-        turned = is_turned(cycle.situation, others, proposed)
+        mirrored = is_mirrored(cycle.situation, others, proposed)
 
         def cold() -> StageGuess:
             guess = self.guess(cycle, proposed, transcribed)
-            return turned_guess(guess) if turned else guess
+            return mirrored_guess(guess) if mirrored else guess
 
         warm = self._warm_starts.pop(proposed.name, None)
         best: Outcome | None = None
         attempts: Iterator[Asked] = self._attempts(scene, cold, lambda: best is not None)
         engine = transcribed.interior_point if self.own.solver == "interior-point" else transcribed.osqp
-        fits = warm is not None and warm.engine is engine and warm.turned == turned
+        fits = warm is not None and warm.engine is engine and warm.mirrored == mirrored
         if warm is not None and fits and not self._event(warm, proposed, scene):
             last = warm.outcome
             steps = self._newton_cap(scene) if engine is transcribed.interior_point else _OSQP_WARM
             attempts = chain([(engine, lambda: engine.shifted(last, scene.shifts), steps)], attempts)
-        x0 = turned_states(scene.start) if turned else scene.start
+        x0 = mirrored_states(scene.start) if mirrored else scene.start
         by: Engine = engine
         iterations, reason = 0, ""
         for trial, guessed, cap in attempts:
             guess = guessed()
             p = self._filled(scene, proposed, guess.x[:, 0])
-            p = transcribed.turned(p) if turned else p
+            p = transcribed.mirrored(p) if mirrored else p
             outcome = ask(trial, x0, p, self.settings.grid.steps_s, guess, cap)
             iterations += outcome.inner_iterations
             scene.newton_steps += outcome.inner_iterations if trial is transcribed.interior_point else 0
@@ -147,8 +147,8 @@ class LaneMpcSolver:
         if best is None:
             reason = transcribed.parameters.without_value(p) or reason
             return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
-        self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others)
-        u = turned_inputs(best.u) if turned else best.u
+        self._left[proposed.name] = _WarmStart(proposed, best, by, mirrored, others)
+        u = mirrored_inputs(best.u) if mirrored else best.u
         trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u, p)
         return Driven(proposed=proposed, trajectory=trajectory, iterations=iterations, converged=best.ending is Ending.CONVERGED)
 
@@ -177,7 +177,7 @@ class LaneMpcSolver:
                 bodies, motion = tuple(bodies[i] for i in chosen), motion.part(chosen)
         own = self.own
         clearance = {"along_m": own.clearance_along_m, "across_m": own.clearance_across_m, "on_foot_m": own.clearance_on_foot_m}
-        return obstacle_slots(bodies, times, motion=motion, passed=cycle.passed.ids, **clearance)
+        return obstacle_slots(bodies, times, motion=motion, passed=cycle.passed_in_lane.ids, **clearance)
 
     def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers.

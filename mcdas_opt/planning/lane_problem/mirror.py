@@ -1,4 +1,4 @@
-"""Left and right are solved as one: what steers right is turned about, so that a mirrored scene has the mirrored plan to the bit.
+"""Left and right are solved as one: what steers right is mirrored, so that a mirrored scene has the mirrored plan to the bit.
 
 Without it the order in which rows are summed differs between a scene and its mirror image, and a badly conditioned problem makes of the
 last bit of a sum the sixth digit of a plan.
@@ -24,7 +24,7 @@ _ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "ref_start_d", "ref_amplitu
 _NOTHING = 1e-9
 
 
-def is_turned(situation: Situation, others: ObstacleSlots, proposed: Proposed) -> bool:
+def is_mirrored(situation: Situation, others: ObstacleSlots, proposed: Proposed) -> bool:
     """Whether this is solved in the mirror: steering right, or keeping the lane with more on the right than on the left."""
     if proposed.side is not Side.NONE:
         return proposed.side is Side.RIGHT
@@ -50,22 +50,22 @@ def _lean_m(road: Road) -> float:
     return 0.0 if road.edges is None else float((road.edges.table[1] + road.edges.table[2]).sum())
 
 
-def turned_states(x: Array) -> Array:
+def mirrored_states(x: Array) -> Array:
     """States (..., 6) in the mirror."""
     return np.asarray(x * _ODD_STATES)
 
 
-def turned_inputs(u: Array) -> Array:
+def mirrored_inputs(u: Array) -> Array:
     """Inputs (..., 2) in the mirror."""
     return np.asarray(u * _ODD_INPUTS)
 
 
-def turned_guess(guess: StageGuess) -> StageGuess:
+def mirrored_guess(guess: StageGuess) -> StageGuess:
     """A cold guess in the mirror."""
-    return StageGuess(x=turned_states(guess.x), u=turned_inputs(guess.u), s=guess.s)
+    return StageGuess(x=mirrored_states(guess.x), u=mirrored_inputs(guess.u), s=guess.s)
 
 
-class TurnedParameters:
+class MirroredParameters:
     """Parameters (N + 1, np) of these names in the mirror: lateral positions and curvatures change sign, the road's edges places too."""
 
     def __init__(self, names: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_problem.lane_parameters import vacant_values
-from mcdas_opt.planning.lane_problem.mirror import TurnedParameters
+from mcdas_opt.planning.lane_problem.mirror import MirroredParameters
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.solvers.held_interrupts import held_interrupts
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
@@ -34,7 +34,7 @@ class TranscribedProblem:
         self.osqp_settings = OsqpSettings()
         self.problem = lane.stage_problem()
         self.parameters = LaneParameters(names=self.problem.parameters)
-        self.turned = TurnedParameters(self.problem.parameters)
+        self.mirrored = MirroredParameters(self.problem.parameters)
 
     def twin(self, osqp_settings: OsqpSettings | None = None) -> TranscribedProblem:
         """The same problem with engines of its own."""

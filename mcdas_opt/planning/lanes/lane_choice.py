@@ -71,14 +71,14 @@ def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings, own_lane
     own = _expected_mps(here, situation, settings, _ANTICIPATION_S)
     sides = (manners.inside,) if manners.passes_inside else (manners.inside, manners.drives_on)
     for side in sides:
-        there = open_lane(lane, side, situation, vehicle, settings)
+        there = neighbours_in_open_lane(lane, side, situation, vehicle, settings)
         least_mps = manners.advantage_mps - (_STILL_MPS if side is before else 0.0)
         if there is not None and _expected_mps(there, situation, settings, _ANTICIPATION_S) >= own + least_mps:
             return side
     inside_of_own = (lane > own_lane) if manners.inside is Side.LEFT else (lane < own_lane)
     if not (manners.returns and inside_of_own) and not manners.keeps_outer_lane:
         return Side.NONE
-    outer = open_lane(lane, manners.drives_on, situation, vehicle, settings)
+    outer = neighbours_in_open_lane(lane, manners.drives_on, situation, vehicle, settings)
     free = outer is not None and _expected_mps(outer, situation, settings, _FREE_S) >= own - manners.loss_mps
     return manners.drives_on if free else Side.NONE
 
@@ -93,7 +93,7 @@ def _bends(situation: Situation, settings: Settings) -> bool:
     return sharpest * host.speed_mps**2 > 0.5 * settings.comfort.lateral_mps2
 
 
-def open_lane(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
+def neighbours_in_open_lane(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
     """Who is in the next lane, if anybody, where that is open: watched, and with the headway that is asked for ahead and behind; None where
     it is not open."""
     road, host = situation.road, situation.host

@@ -42,8 +42,8 @@ def _to_the_destination(situation: Situation, lane: int) -> RequiredLane | None:
     road, host, destination = situation.road, situation.host, situation.destination
     if destination is None or destination.lane is None or destination.lane == lane:
         return None
-    side, beside = (Side.LEFT, lane + 1) if destination.lane > lane else (Side.RIGHT, lane - 1)
-    if not road.goes_on(beside, host.s_m, host.speed_mps):
+    side, next_lane = (Side.LEFT, lane + 1) if destination.lane > lane else (Side.RIGHT, lane - 1)
+    if not road.goes_on(next_lane, host.s_m, host.speed_mps):
         return None
     left_s = ADAPTING_S if destination.s_m is None else (destination.s_m[1] - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S)
     until_s = math.inf if destination.time_s is None else max(destination.time_s[1] - situation.time_s, 0.0)
@@ -58,10 +58,10 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
     if end > host.s_m + max(AHEAD_S * host.speed_mps, AHEAD_M):
         return None
     best, farthest = Side.NONE, max(end, host.s_m) + _FARTHER_M
-    for side, beside in ((Side.LEFT, lane + 1), (Side.RIGHT, lane - 1)):
-        if not road.goes_on(beside, host.s_m, host.speed_mps):
+    for side, next_lane in ((Side.LEFT, lane + 1), (Side.RIGHT, lane - 1)):
+        if not road.goes_on(next_lane, host.s_m, host.speed_mps):
             continue
-        reached = road.lane_ends_m(beside, host.s_m, vehicle.width_m)
+        reached = road.lane_ends_m(next_lane, host.s_m, vehicle.width_m)
         if reached > farthest:
             best, farthest = side, reached
     if best is Side.NONE:

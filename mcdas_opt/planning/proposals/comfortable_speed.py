@@ -64,7 +64,7 @@ def comfortable_speed(
         speeds = np.minimum(speeds, _behind_who_brakes(cycle))
     for one in yielding(cycle, d_m):
         speeds = np.minimum(speeds, one.speeds_mps)
-    for passed in cycle.passed.passed:
+    for passed in cycle.passed_in_lane.cars:
         speeds = np.minimum(speeds, _past(passed, host_mps, times_s))
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
@@ -98,7 +98,7 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
     """Who is next ahead in lanes around these centres, and does not leave them; and whoever must not be passed on the wrong side of the
     last of them."""
     host, road, vehicle, times_s = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.settings.grid.times_s
-    manners, passed, found = cycle.settings.manners, cycle.passed.ids, []
+    manners, passed, found = cycle.settings.manners, cycle.passed_in_lane.ids, []
     ahead = [
         (track, track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m))
         for track in cycle.situation.tracks

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lanes.lane_choice import open_lane
+from mcdas_opt.planning.lanes.lane_choice import neighbours_in_open_lane
 
 
 def expected_followers(cycle: Cycle) -> tuple[str, ...]:
@@ -23,4 +23,4 @@ def open_sides(cycle: Cycle) -> frozenset[Side]:
     situation = cycle.situation
     lane = situation.host_lane
     sides = (Side.LEFT, Side.RIGHT)
-    return frozenset(side for side in sides if open_lane(lane, side, situation, cycle.vehicle, cycle.settings) is not None)
+    return frozenset(side for side in sides if neighbours_in_open_lane(lane, side, situation, cycle.vehicle, cycle.settings) is not None)

@@ -33,7 +33,7 @@ _SLOWEST_MPS = 3.0  # a way aside is as long as at this speed, at least
 def keep_path(cycle: Cycle) -> OffsetPath:
     """The centre of the lane that holds the body centre, or beside it where the destination near ahead is there, or somebody is passed:
     gradually."""
-    host, passed = cycle.situation.host, cycle.passed
+    host, passed = cycle.situation.host, cycle.passed_in_lane
     path = OffsetPath(start_s_m=host.s_m, start_d_m=cycle.kept_d_m, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
     if passed.goal_m == passed.offset_m:
         return path

@@ -27,7 +27,7 @@ class Observed:
     cut_in: CutIn | None = None
     lane_choice: LaneChoice = field(default_factory=LaneChoice)
     attentive: frozenset[str] = frozenset()
-    passed: PassedInLane | None = None
+    passed_in_lane: PassedInLane | None = None
     blind_ahead: BlindAhead | None = None
 
     def seen_from(self, s_m: float) -> Observed:
