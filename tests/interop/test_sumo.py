@@ -281,6 +281,17 @@ def test_a_person_who_stands_in_the_lane_is_seen_and_a_contact_counts(tmp_path: 
         assert driver.snapshots[-1].host.s_m < 168.0 or abs(driver.snapshots[-1].host.d_m) > 1.5
 
 
+def test_of_more_than_a_planner_takes_the_nearest_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mcdas_opt.interop.sumo.driver.MOST_TRACKS", 2)
+    places = {"last": 0, "behind": 50, "ego": 100, "ahead": 160, "first-of-all": 220}
+    queue = "".join(EGO.replace('"ego"', f'"{name}"').replace('"50"', f'"{place}"') for name, place in places.items())
+    with on_the_road(configuration(tmp_path, ROUTE + queue)) as sumo:
+        driver = SumoDriver(sumo, "ego", "sumo")
+        assert driver.step()
+        assert {body.id for body in driver.snapshots[0].others} == {"last", "behind", "ahead", "first-of-all"}
+        assert {track.id for track in driver.situation().tracks} == {"behind", "ahead"}
+
+
 def test_who_sits_in_a_car_is_nobody_and_who_walks_beside_the_lanes_is_in_none(tmp_path: Path) -> None:
     riding = '<person id="rider" depart="triggered"><ride from="first" to="last" lines="ego"/></person>'
     with on_the_road(configuration(tmp_path, ROUTE + WALKING.format("walker") + EGO + riding)) as sumo:
