@@ -187,3 +187,14 @@ def test_who_changes_lanes_is_not_ahead_of_his_lane_change_although_a_filter_lag
             foretold += 1
             assert side * float(bodies[1].at(ahead_s).d_m) >= at(float(t) + ahead_s)[0] - 0.15
     assert foretold >= 5
+
+
+@given(length=st.floats(0.0, 18.0, exclude_min=True), host_s_m=st.floats(-1e4, 1e4), origin=st.floats(-1e4, 1e4))
+def test_who_is_just_behind_is_so_wherever_places_are_counted_from(length: float, host_s_m: float, origin: float) -> None:
+    """He brakes, which nobody behind is predicted to go on with."""
+    s_m = host_s_m - length
+    for shift in (0.0, origin):
+        track = Track(
+            id="1", s_m=s_m - shift, d_m=0.0, speed_s_mps=6.0, length_m=length, acceleration_s_mps2=-5.0, acceleration_s_sd_mps2=0.5
+        )
+        assert [body.id for body in predict([track], road=ROAD, host_s_m=host_s_m - shift).bodies] == ["1"]
