@@ -7,7 +7,7 @@
 | constructors | every record, with anything in its fields |
 | situations | absurd traffic, hosts and roads, planned for |
 | crowds | hundreds of bodies, in one place or along the road, who vanish together |
-| methods | methods of others, who answer anything |
+| methods | methods of others: drives of any sampling, refusals, exceptions |
 | planners | cars and settings that nobody would have, and plans of theirs |
 | streams | cycles of hostile scans under clocks that jitter, stop, jump and run back |
 | files | scenes, cars, sensors, cases, suites, recordings ... with bytes, lines, numbers and words changed |

@@ -32,7 +32,7 @@ def _unsaid() -> Coverage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
-    """Everything a plan may depend on. `road.friction` is the friction that the planner assumes.
+    """Everything a plan may depend on, of at most 256 tracks. `road.friction` is the friction that the planner assumes.
 
     `coverage` says which sectors a working sensor watches: "nothing there" and "cannot see" are different. Where it is left out nobody
     watches anywhere, and a `UserWarning` says so.
