@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 
 
 Objective = Literal["shortest", "clearance", "jerk"]
+_OF_A_DESIGN = ("offset_m", "objective", "lateral_acceleration_mps2", "lateral_jerk_mps3", "friction")
+_OF_A_STUDY = ("trials", "storage", "study")
 
 
 @overload
@@ -60,16 +64,20 @@ def tune(
     """The sigmoid (a, b, y_max) that is shortest, clearest or smoothest within every limit; further limits are those of `DesignRequest`.
 
     With `scenes`, a suite's name, a study in traffic instead, of `trials` trials kept in the file `storage`. With `out` a TOML and a PNG
-    of that stem are written. Raises `ParameterError` for what is out of range, unknown or cannot be had:
+    of that stem are written. Raises `ParameterError` for what is out of range, unknown, of the other kind or cannot be had:
     then with the figure that could.
     """
+    given = locals()
     require_type_if_given("out", out, str, Path)
+    _refuse(_OF_A_STUDY if scenes is None else _OF_A_DESIGN, given, "is of a study in traffic" if scenes is None else "is of a design")
     if scenes is not None:
         from mcdas_opt.tuning.tune_in_traffic import tune_in_traffic
 
         if storage is None:
             raise ParameterError("storage", None, "a study needs a file to live in")
         require_type("storage", storage, str, Path)
+        if study is not None:
+            _refuse(("speed_mps",), given, "is said by study.speed_mps")
         if limits:
             raise ParameterError(next(iter(limits)), next(iter(limits.values())), "is a limit of a design, not of a study")
         target = None if out is None else Path(out)
@@ -95,3 +103,10 @@ def tune(
     found = design(request)
     write_design(found, target)
     return found
+
+
+def _refuse(names: Iterable[str], given: Mapping[str, Any], rule: str) -> None:
+    """What would not be read: none of these may be given, but as it is by default."""
+    for name in names:
+        if given[name] != signature(tune).parameters[name].default:
+            raise ParameterError(name, given[name], rule)

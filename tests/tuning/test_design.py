@@ -18,6 +18,7 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.tuning.design import Design, design
 from mcdas_opt.tuning.request import DesignRequest
+from mcdas_opt.tuning.study_options import StudyOptions
 
 SPEEDS = st.floats(4.0, 40.0)
 LAX: dict[str, Any] = {
@@ -222,3 +223,21 @@ def test_the_papers_own_sigmoid_breaks_the_limits_that_the_design_keeps() -> Non
     paper = np.diff(3.7 * sigmoid(x, -0.4, 50.0, np), 2) / x[1] ** 2
     for speed in (40 / 3.6, 60 / 3.6, 100 / 3.6):
         assert speed**2 * np.abs(paper).max() > 1.5 * max(r.value for r in tune(speed_mps=speed).constraints if r.unit == "m/s^2")
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"trials": 5}, "trials = 5: is of a study in traffic"),
+        ({"storage": "x.db"}, "storage = .*: is of a study in traffic"),
+        ({"scenes": "quick", "storage": "x.db", "friction": 0.5}, "friction = 0.5: is of a design"),
+        ({"scenes": "quick", "storage": "x.db", "objective": "jerk"}, "objective = .*: is of a design"),
+        (
+            {"scenes": "quick", "storage": "x.db", "study": StudyOptions(), "speed_mps": 20.0},
+            "speed_mps = 20.0: is said by study.speed_mps",
+        ),
+    ],
+)
+def test_what_would_not_be_read_is_refused(asked: dict[str, Any], said: str) -> None:
+    with pytest.raises(ParameterError, match=said):
+        tune(**asked)
