@@ -275,8 +275,9 @@ def _scans(draw: st.DrawFn, now_s: float) -> tuple[Scan, ...]:
 
 
 @st.composite
-def streams(draw: st.DrawFn) -> tuple[Road, list[Heard]]:
-    """Some cycles of scans under a clock that jitters, stops, jumps and runs back, and of a host whose state glitches."""
+def streams(draw: st.DrawFn) -> tuple[tuple[Road, ...], list[Heard]]:
+    """Some cycles of scans under a clock that jitters, stops, jumps and runs back, and of a host whose state glitches; on each of three
+    roads, since to draw them takes as long as to plan."""
     now_s = draw(st.sampled_from((0.0, 1.7e9, -1e6)))
     host, heard = HostState(speed_mps=draw(st.floats(0.0, 40.0))), []
     for _ in range(draw(st.integers(2, 8))):
@@ -284,4 +285,4 @@ def streams(draw: st.DrawFn) -> tuple[Road, list[Heard]]:
         glitch = draw(hosts()) if draw(st.integers(0, 4)) == 0 else None
         heard.append(Heard(now_s=now_s, scans=draw(_scans(now_s)), host=glitch or host))
         host = dataclasses.replace(host, s_m=host.s_m + 0.1 * host.speed_mps)
-    return draw(roads()), heard
+    return (draw(roads()), draw(roads()), draw(roads())), heard
