@@ -13,7 +13,7 @@ from mcdas_opt.domain.measurement import Mounting, RadarDetection, Scan
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import EndKind
-from mcdas_opt.domain.situation import Coverage, Situation
+from mcdas_opt.domain.situation import MOST_TRACKS, Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.planning.planner import Planner
@@ -187,7 +187,7 @@ def test_a_radar_that_says_that_it_does_not_work_slows_the_car_down() -> None:
 
 def test_more_than_a_situation_holds_are_not_supposed_ahead() -> None:
     def many(name: str) -> tuple[Track, ...]:
-        return tuple(car(f"{name}{k}", 20.0 + 10.0 * k, 3.7, 14.0) for k in range(600))
+        return tuple(car(f"{name}{k}", 20.0 + 10.0 * k, 3.7, 14.0) for k in range(MOST_TRACKS - 50))
 
     planner, host = Planner(), HostState(speed_mps=14.0)
     planner.plan(Situation(host=host, coverage=Coverage(), road=TWO_LANES, tracks=many("a")))
