@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.errors import InputError, ParameterError
 
-MOST_TRACKS = 256  # planned around, and kept by a tracker: turned and in one place they take a second
+MOST_TRACKS = 256  # planned around, and kept by a tracker: turned and in one place they take a second or so
 
 
 def _unsaid() -> Coverage:
