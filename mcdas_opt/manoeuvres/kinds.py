@@ -36,7 +36,7 @@ SPEEDS: tuple[tuple[float, float, float], ...] = (  # share, until [s], share; n
 )
 KEEPING_MPS2 = 1.0  # how hard the car is brought back to the middle of its lane
 DODGE_ROOM_M = 0.35  # from flank to flank, where no lane change is clear and the car only dodges the one ahead or behind
-MOST_DODGED = 16  # bodies
+MOST_DODGED = 16  # bodies in the way, the nearest: the work stays bounded
 SOFTNESS = 50.0  # b of the sigmoid
 APART_MPS = 1.5  # a member that is faster (slower) ends so by this much
 CLEAR_M = 0.05  # left to everybody

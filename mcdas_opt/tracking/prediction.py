@@ -38,7 +38,7 @@ LEAST_TURN_1PM, TURNS_LEAST, TURNS_MOST = 0.02, 0.5, 2.0
 _AT_ONCE_S = np.linspace(0.0, 0.5, 6)
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
-_ROUNDING_M = 1e-6
+_ROUNDING_M = 1e-6  # what a shift of the origin may change
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
 SHIELDED_MPS2, SHIELDED_SIDEWAYS_MPS = 3.0, 0.5  # braking, and a speed across the road, that nobody needs more of to stay behind another
 

@@ -18,6 +18,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import MOST_TRACKS, Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.situation import doubts
 from mcdas_opt.situation.doubts import Believed, believed
 
 CAR = Vehicle()
@@ -214,3 +215,14 @@ def test_more_than_a_situation_holds_are_not_supposed() -> None:
     found = what(now, before)
     assert len(found.situation.tracks) == MOST_TRACKS
     assert sorted(float(one.track.s_m) for one in found.supposed) == pytest.approx([31.0 + 20.0 * k for k in range(10)])
+
+
+@given(seed=st.integers(0, 2**32), elapsed_s=st.sampled_from((0.05, 0.1, 0.5)))
+def test_who_is_found_in_arrays_is_the_first_without_an_error(seed: int, elapsed_s: float) -> None:
+    numbers = np.random.default_rng(seed)
+    places = numbers.uniform((0.0, 0.0, -6.0), (12.0, 30.0, 6.0), (7, 3))
+    covariances = [np.diag(numbers.choice([0.0, 0.01, 0.5, 3.0], 4)) for _ in places]
+    expected, *tracks = (replace(car(str(k), *row), covariance=covariances[k]) for k, row in enumerate(places))
+    errors = [(doubts._place_error(track, expected), doubts._speed_error(track, expected, elapsed_s)) for track in tracks]
+    first = next((k for k, error in enumerate(errors) if error == (None, None)), None)
+    assert doubts._who_is(expected, doubts._rows(tracks), elapsed_s) == first
