@@ -108,5 +108,6 @@ def tune(
 def _refuse(names: Iterable[str], given: Mapping[str, Any], rule: str) -> None:
     """What would not be read: none of these may be given, but as it is by default."""
     for name in names:
-        if given[name] != signature(tune).parameters[name].default:
+        default = signature(tune).parameters[name].default
+        if type(given[name]) is not type(default) or given[name] != default:
             raise ParameterError(name, given[name], rule)
