@@ -252,7 +252,8 @@ def covariance(name: str, value: Any, size: int, unit: str = "") -> Array:
 
 
 def _plainly_definite(rows: list[list[float]]) -> bool:
-    """Whether a matrix is symmetric to the bit, and Cholesky's pivots are well above rounding: then no eigenvalues need be asked for."""
+    """Whether a matrix is symmetric to the bit, with Cholesky's pivots well above rounding, but for rows of zeros (what is known exactly):
+    then no eigenvalues need be asked for."""
     lower: list[list[float]] = []
     for i, row in enumerate(rows):
         mine: list[float] = []
@@ -266,8 +267,9 @@ def _plainly_definite(rows: list[list[float]]) -> bool:
             left /= other[j]
             pivot -= left * left
             mine.append(left)
-        if not 1e-9 * row[i] < pivot < math.inf:  # nor what is no number
+        is_exact = not any(row)
+        if not is_exact and not 1e-9 * row[i] < pivot < math.inf:  # nor what is no number
             return False
-        mine.append(math.sqrt(pivot))
+        mine.append(1.0 if is_exact else math.sqrt(pivot))
         lower.append(mine)
     return True

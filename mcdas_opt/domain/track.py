@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from operator import attrgetter
 
 import numpy as np
@@ -102,9 +102,8 @@ class Track:
 
     def _checked(self) -> None:
         as_floats(self, _NUMBERS)
-        if max(abs(self.s_m), abs(self.d_m)) > 2.0 * FARTHEST_M or max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
-            for name in ("s_m", "d_m"):
-                within(name, attrgetter(name)(self), -2.0 * FARTHEST_M, 2.0 * FARTHEST_M, "m")  # a host at the farthest place sees ahead
+        self._check_place()
+        if max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
             for name in ("speed_s_mps", "speed_d_mps"):
                 within(name, attrgetter(name)(self), -FASTEST_MPS, FASTEST_MPS, "m/s")
         within("acceleration_s_mps2", self.acceleration_s_mps2, -HARDEST_MPS2, HARDEST_MPS2, "m/s^2")
@@ -128,6 +127,11 @@ class Track:
             within("length_m", self.length_m, 0.0, LONGEST_M, "m")
             within("width_m", self.width_m, 0.0, LONGEST_M, "m")
         object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))
+
+    def _check_place(self) -> None:
+        if not (abs(self.s_m) <= 2.0 * FARTHEST_M and abs(self.d_m) <= 2.0 * FARTHEST_M):
+            for name in ("s_m", "d_m"):
+                within(name, attrgetter(name)(self), -2.0 * FARTHEST_M, 2.0 * FARTHEST_M, "m")  # a host at the farthest place sees ahead
 
     def _sized_as_usual(self) -> None:
         usual = _AS_A_CAR_M if self.kind is None else USUAL_SIZE_M.get(self.kind, _AS_A_CAR_M)
@@ -172,11 +176,21 @@ class Track:
 
     def seen_from(self, s_m: float) -> Track:
         """The same with its s counted from `s_m`."""
-        return self if s_m == 0.0 else replace(self, s_m=self.s_m - s_m)
+        return self if s_m == 0.0 else self.at(self.s_m - s_m, self.d_m)
 
     def later(self, by_s: float) -> Track:
         """The same where it is so long after, at its speed."""
-        return replace(self, s_m=self.s_m + by_s * self.speed_s_mps, d_m=self.d_m + by_s * self.speed_d_mps)
+        return self.at(self.s_m + by_s * self.speed_s_mps, self.d_m + by_s * self.speed_d_mps)
+
+    def at(self, s_m: float, d_m: float) -> Track:
+        """The same in another place: only that is checked anew."""
+        there = object.__new__(Track)
+        for name in Track.__slots__:
+            object.__setattr__(there, name, getattr(self, name))
+        object.__setattr__(there, "s_m", s_m)
+        object.__setattr__(there, "d_m", d_m)
+        there._check_place()
+        return there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
