@@ -35,8 +35,9 @@ class CompiledCase(Case):
         columns = np.array((of.level_mps2, of.until_s, of.until_mps, of.target_d_m, of.lateral_mps2))
         numbers, knots, edges = case_constants(vehicle, situation.road, chosen, of.straightening_mps2)
         tables = traffic.s_m, traffic.d_m, traffic.speed_mps, traffic.half_length_m, traffic.half_width_m
-        longest = np.maximum.reduce(traffic.half_length_m, -1)
-        self._kept = tuple(map(np.ascontiguousarray, (*tables, longest, self.table, columns, knots, edges)))
+        longest, widest = (half.max(-1) for half in (traffic.half_length_m, traffic.half_width_m))
+        sides = traffic.d_m.min(-1) - widest, traffic.d_m.max(-1) + widest
+        self._kept = tuple(map(np.ascontiguousarray, (*tables, longest, *sides, self.table, columns, knots, edges)))
         *at, of_members, of_road, of_edges = (address(block) for block in self._kept)
         bodies, lattice = traffic.s_m.shape
         in_lane, half_steps = int(of.kind.searchsorted(SIDEWAYS)), round(0.5 * CLEAR_S / LATTICE_S)

@@ -52,6 +52,24 @@ static void speeds_of_nearest(const Case *q, const double *x, double near_d, dou
     }
 }
 
+/* the greatest half length of a body, and between which places across it stays */
+static void extent(const Case *q, whole j, double *longest, double *rightmost, double *leftmost)
+{
+    const double *lengths = q->half_length + j * q->lattice, *widths = q->half_width + j * q->lattice, *d = q->others_d + j * q->lattice;
+    double width = widths[0], low = d[0], high = d[0];
+    *longest = lengths[0];
+    for (whole t = TURNED_STEPS; t < q->lattice; t += TURNED_STEPS) {
+        *longest = GREATER(*longest, lengths[t]);
+        width = GREATER(width, widths[t]);
+    }
+    for (whole t = 1; t < q->lattice; t++) {
+        low = LESSER(low, d[t]);
+        high = GREATER(high, d[t]);
+    }
+    *rightmost = low - width;
+    *leftmost = high + width;
+}
+
 /* The map, into `work`, of so many bodies, whose motions follow what is asked (`fade` as for the predicted traffic), or are in `tables` (5, bodies,
  * lattice) already. Returns how many numbers it works with, and does nothing where there is room for less. */
 PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const double *x, whole bodies, double fade_s, const double *fade,
@@ -59,27 +77,24 @@ PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const do
 {
     Case q = ground->bare;
     const whole size = p->members, all = bodies * q.lattice;
-    const whole own = room_of_map(q.moments, bodies, size), wanted = own + (STATES + 2) * q.moments + 4 * size + bodies * (5 * q.lattice + 1);
+    const whole own = room_of_map(q.moments, bodies, size), wanted = own + (STATES + 2) * q.moments + 4 * size + bodies * (5 * q.lattice + 3);
     if (wanted > room) return wanted;
     double *table = work + own, *path = table + STATES * q.moments, *level = path + 2 * q.moments, *push = level + size;
-    double *target = push + size, *until_mps = target + size, *longest = until_mps + size, *places = tables ? tables : longest + bodies;
+    double *target = push + size, *until_mps = target + size, *longest = until_mps + size, *rightmost = longest + bodies;
+    double *leftmost = rightmost + bodies, *places = tables ? tables : leftmost + bodies;
     double ends[3] = {0.0, 0.0, NAN}, sides[4] = {NAN, NAN, x[LEFT], x[RIGHT]};
     if (!tables) predicted(bodies, q.lattice, x + ASKED, ground->lattice_s, fade_s, fade, places);
     q.bodies = bodies;
     q.others_s = places, q.others_d = places + all, q.others_mps = places + 2 * all;
     q.half_length = places + 3 * all, q.half_width = places + 4 * all;
-    for (whole j = 0; j < bodies; j++) {
-        const double *lengths = q.half_length + j * q.lattice;
-        longest[j] = lengths[0];
-        for (whole t = TURNED_STEPS; t < q.lattice; t += TURNED_STEPS) longest[j] = GREATER(longest[j], lengths[t]);
-    }
+    for (whole j = 0; j < bodies; j++) extent(&q, j, longest + j, rightmost + j, leftmost + j);
     speeds_of_nearest(&q, x, ground->near_d, ends, ends + 1);
     taken(p, x, level, push);
     for (whole i = 0; i < size; i++) {
         target[i] = sides[p->kind[i]];
         until_mps[i] = ends[p->matching[i]];
     }
-    q.longest = longest, q.table = table, q.level = level, q.until = p->until, q.until_mps = until_mps, q.target = target, q.lateral = push;
+    q.longest = longest, q.rightmost = rightmost, q.leftmost = leftmost, q.table = table, q.level = level, q.until = p->until, q.until_mps = until_mps, q.target = target, q.lateral = push;
     q.members = size, q.in_lane = p->in_lane;
     constant_input(&q, x, ground->moments_s, table, path);
     Search o = {&q, p->kind, ground->moments_s, ground->coarse, ground->exact, NULL, x[D], ground->near_d, ground->latest_s, path, path + q.moments};

@@ -6,7 +6,7 @@ enum { S, D, HEADING, SPEED, ACCELERATION, STEERING, STATES };
 
 typedef struct {
     const double *others_s, *others_d, *others_mps, *half_length, *half_width; /* (bodies, lattice) */
-    const double *longest;                           /* (bodies): the greatest half length */
+    const double *longest, *rightmost, *leftmost;    /* (bodies): the greatest half length; where its sides are at most, on the lattice */
     const double *table;                            /* (STATES, moments): the host under constant inputs */
     const double *level, *until, *until_mps, *target, *lateral;
     const double *knots, *kappas, *edges;

@@ -121,7 +121,8 @@ static int sound_one(const Case *q, Drive *w, whole i, const double *factor, who
         to = brief && from + PIECE < n ? from + PIECE : n;
         if (!driven(q, &p, e, from, to, brief, most, m)) return 0;
         if (brief && !(m->edge >= 0.0)) return 0;
-        met = touched(q, from, LESSER(to, last + 1), start, e->steps, m->s, m->d, m->sine, m->cosine, q->clear_m, 1, &whom);
+        met = touched(q, from, LESSER(to, last + 1), start, e->steps, m->s, m->d, m->sine, m->cosine, most_of(m->left),
+                      least_of_lanes(m->right), q->clear_m, 1, &whom);
     }
     *demand = m->demand;
     const int arrives = target != target || fabs(m->d[last] - target) <= ARRIVED_M;

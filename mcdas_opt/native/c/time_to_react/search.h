@@ -31,7 +31,7 @@ static double end_of_constant_input(const Search *o, whole *clock, whole *ender)
     double leaves = INFINITY, moment = INFINITY;
     whole who;
     for (whole t = 0; t < n; t++) clock[t] = CONSTANT_STEPS * t;
-    const int step = touched(q, 0, (int)n, 0, clock, s, d, sine, cosine, 0.0, 0, &who);
+    const int step = touched(q, 0, (int)n, 0, clock, s, d, sine, cosine, INFINITY, -INFINITY, 0.0, 0, &who);
     if (step >= 0) moment = o->times[step];
     for (whole t = 0; t < n; t++) {
         const double room = 0.5 * (q->width * cosine[t] + q->length * fabs(sine[t])) + EDGE_M;

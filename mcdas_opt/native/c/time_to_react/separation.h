@@ -1,5 +1,7 @@
 /* One row against the predicted traffic: signed separations and gaps. */
 
+#define ROUNDING_M 1e-6
+
 static void room_needed(const Case *q, double v, double other, double half_length, double *ahead, double *behind)
 {
     const double closing = v - other, bodies = half_length + 0.5 * q->length;
@@ -34,10 +36,17 @@ static int meet(const double *x, const double *y, const double *sine, const doub
     return !(until > since);
 }
 
+/* whether a body stays to the left of a row that comes no farther left, or to the right of it, by more than `kept`: mostly nothing else need
+ * be asked */
+static int stays_beside(const Case *q, whole j, double left, double right, double kept)
+{
+    return q->rightmost[j] - left > kept + ROUNDING_M || right - q->leftmost[j] > kept + ROUNDING_M;
+}
+
 /* The first step between the nodes `from` and `to`, so many steps of the lattice after `start`, in which no more than `kept` is left to
- * somebody, and to whom; -1 without. With `any` it is any such step. */
+ * somebody, and to whom; -1 without. With `any` it is any such step. The row's sides are never beyond `left` and `right`. */
 static int touched(const Case *q, int from, int to, whole start, const whole *steps, const double *s, const double *d, const double *sine,
-                   const double *cosine, double kept, int any, whole *whom)
+                   const double *cosine, double left, double right, double kept, int any, whole *whom)
 {
     const double host_long = 0.5 * q->length, host_wide = 0.5 * q->width, corner = sqrt(host_long * host_long + host_wide * host_wide);
     const int straight = !(q->bend > 0.0), begin = from ? from - 1 : 0;
@@ -46,7 +55,9 @@ static int touched(const Case *q, int from, int to, whole start, const whole *st
     for (whole j = 0; j < q->bodies; j++) {
         const whole at = j * q->lattice + start;
         const double *lengths = q->half_length + at, *widths = q->half_width + at, *there = q->others_s + at, *aside = q->others_d + at;
-        const double reach = (corner + q->longest[j] + kept + STEP_REACH_M) * (straight ? 1.0 : 2.0);
+        const double longest = q->longest[j], widest_bow = straight ? 0.0 : BOW * q->bend * (4.0 * longest * longest + q->length * q->length);
+        if (stays_beside(q, j, left, right, kept + widest_bow)) continue;
+        const double reach = (corner + longest + kept + STEP_REACH_M) * (straight ? 1.0 : 2.0);
         int near = fabs(there[steps[begin]] - s[begin]) < reach;
         for (int k = begin + 1; k < to && (first < 0 || k <= first); k++) {
             const int before = near;
@@ -90,12 +101,18 @@ static int inevitable_collision(const Case *q, const Motion *m, int last, whole 
 static void blocked(const Case *q, const Motion *restrict m, const Nodes *c, whole start, whole stride, double *low, double *high)
 {
     const double host_long = 0.5 * q->length, host_wide = 0.5 * q->width;
+    const double left = most_of(m->left), right = least_of_lanes(m->right);
     const int n = (int)c->n, last = (int)c->last;
     double first[ROOM], final[ROOM], others[ROOM], aside[ROOM], lengths[ROOM], widths[ROOM];
     for (whole j = 0; j < q->bodies; j++) {
         const whole at = j * q->lattice + start;
         const double *long_of = q->half_length + at, *wide_of = q->half_width + at, *there = q->others_s + at, *beside = q->others_d + at;
         double below[LANES], above[LANES], ahead, behind;
+        if (stays_beside(q, j, left, right, 0.0)) {
+            low[j * stride] = NOWHERE_M;
+            high[j * stride] = -NOWHERE_M;
+            continue;
+        }
         for (int t = 0; t < n; t++) {
             const whole step = c->steps[t];
             others[t] = there[step];
