@@ -218,7 +218,7 @@ class Prediction:
         return Prediction(name=self.name, bodies=tuple(_moved(body, s_m) for body in self.bodies))
 
     def on(self, t_s: Array) -> tuple[BodyMotion, ...]:
-        """Every body's motion at these times (n,): worked out once for the same times, and not to be written into."""
+        """Every body's motion at these times (n,): worked out once for the same times, and read-only."""
         return self._moving(t_s).each
 
     def rows_on(self, t_s: Array) -> BodyMotion:
@@ -290,6 +290,8 @@ class _Moving:
     __slots__ = ("_each", "rows")
 
     def __init__(self, rows: BodyMotion) -> None:
+        for row in (rows.s_m, rows.d_m, rows.heading_rad, rows.speed_s_mps, rows.speed_d_mps):
+            row.setflags(write=False)
         self.rows = rows
         self._each: tuple[BodyMotion, ...] | None = None
 

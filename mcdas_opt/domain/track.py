@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from operator import attrgetter
 
@@ -95,8 +96,11 @@ class Track:
 
     def __post_init__(self) -> None:
         require_type("id", self.id, str)
+        self._or_by_name(self._checked)
+
+    def _or_by_name(self, check: Callable[[], None]) -> None:
         try:
-            self._checked()
+            check()
         except ParameterError as error:
             raise ParameterError(error.name, error.value, error.rule, error.unit, of=f"track {self.id!r}") from None
 
@@ -189,7 +193,7 @@ class Track:
             object.__setattr__(there, name, getattr(self, name))
         object.__setattr__(there, "s_m", s_m)
         object.__setattr__(there, "d_m", d_m)
-        there._check_place()
+        there._or_by_name(there._check_place)
         return there
 
 

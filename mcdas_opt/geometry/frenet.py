@@ -33,6 +33,7 @@ class FrenetFrame:
     _x: Array = field(init=False, repr=False)
     _y: Array = field(init=False, repr=False)
     _knots: Array = field(init=False, repr=False)  # (3, n): s, curvature, heading of the knots between which the line is tabulated
+    _sharpening: Array = field(init=False, repr=False)  # (n,): how the curvature goes on from each knot [1/m^2]
     _addresses: tuple[int, int, int, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -49,13 +50,14 @@ class FrenetFrame:
                 object.__setattr__(self, name, empty)
             for name in ("_table", "_knots"):
                 object.__setattr__(self, name, np.zeros((3, 0)))
+            object.__setattr__(self, "_sharpening", empty)
             return
         knots, kappa = self.road.knots
         heading = np.concatenate([[0.0], np.cumsum(0.5 * (kappa[1:] + kappa[:-1]) * np.diff(knots))])
-        object.__setattr__(self, "_knots", np.array([knots, kappa, heading]))
+        self._bend_between(np.array([knots, kappa, heading]))
         bends = np.array([knots, kappa, heading - self.road_heading(np.zeros(1))[0]])
         first = max(int(np.searchsorted(knots, self.s_min_m, side="right")) - 1, 0)
-        object.__setattr__(self, "_knots", bends[:, first : int(np.searchsorted(knots, self.s_max_m)) + 1].copy())
+        self._bend_between(bends[:, first : int(np.searchsorted(knots, self.s_max_m)) + 1].copy())
         even = np.arange(self.s_min_m, self.s_max_m + _STEP_M, _STEP_M)
         s = np.union1d(even, np.concatenate([knots[(knots > self.s_min_m) & (knots < self.s_max_m)], [0.0]]))
         half = 0.5 * np.diff(s)
@@ -68,6 +70,10 @@ class FrenetFrame:
         for name, row in zip(("_s", "_x", "_y"), self._table, strict=True):
             object.__setattr__(self, name, row)
 
+    def _bend_between(self, knots: Array) -> None:
+        object.__setattr__(self, "_knots", knots)
+        object.__setattr__(self, "_sharpening", np.append(np.diff(knots[1]) / np.diff(knots[0]), 0.0))
+
     def road_heading(self, s: Array) -> Array:
         """Heading of the reference line [rad] at s [m], zero at s = 0."""
         s = np.asarray(s, dtype=np.float64)
@@ -76,7 +82,8 @@ class FrenetFrame:
         ks, kk, headings = self._knots
         i = np.maximum(np.searchsorted(ks, s, side="right") - 1, 0)
         # beyond either end the curvature is held, so the integral goes on linearly
-        inside = headings[i] + 0.5 * (kk[i] + np.interp(s, ks, kk)) * (s - ks[i])
+        way, begun = s - ks[i], kk[i]
+        inside = headings[i] + 0.5 * (begun + (self._sharpening[i] * way + begun)) * way
         return np.asarray(np.where(s < ks[0], headings[0] + (s - ks[0]) * kk[0], inside))
 
     def addresses(self) -> tuple[int, int, int, int]:

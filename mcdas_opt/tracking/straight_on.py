@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
@@ -50,15 +51,21 @@ class TabulatedLine:
     another part of the road is the nearest from then on, the nearer sample counts."""
 
     table: Array
+    rises: Array  # (5, n - 1) of s, d, heading, speeds from each sample to the next
+    jumps: NDArray[np.bool_]  # (n - 1,)
+
+    @classmethod
+    def of(cls, table: Array) -> TabulatedLine:
+        rises = np.diff(table[1:])
+        return cls(table=table, rises=rises, jumps=np.abs(rises[0]) > _JUMP_MPS * _STEP_S)
 
     def __call__(self, t_s: Array) -> BodyMotion:
         times = self.table[0]
         t = np.clip(t_s, times[0], times[-1])
         before = np.clip((t / _STEP_S).astype(np.intp), 0, times.size - 2)
         share = (t - times[before]) / _STEP_S
-        jumps = np.abs(self.table[1, before + 1] - self.table[1, before]) > _JUMP_MPS * _STEP_S
-        share = np.where(jumps, np.round(share), share)
-        s, d, heading, along, across = (row[before] + share * (row[before + 1] - row[before]) for row in self.table[1:])
+        share = np.where(self.jumps[before], np.round(share), share)
+        s, d, heading, along, across = self.table[1:, before] + share * self.rises[:, before]
         return BodyMotion(s_m=s, d_m=d, heading_rad=heading, speed_s_mps=along, speed_d_mps=across)
 
 
@@ -78,7 +85,7 @@ def straight_on(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
     road_yaw = yaw - its_heading
     stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), _LEAST_STRETCH)
     along, across = (np.cos(road_yaw) * vx + np.sin(road_yaw) * vy) / stretch, np.cos(road_yaw) * vy - np.sin(road_yaw) * vx
-    return TabulatedLine(table=np.array([t, its_s, its_d, np.unwrap(its_heading), along, across]))
+    return TabulatedLine.of(np.array([t, its_s, its_d, np.unwrap(its_heading), along, across]))
 
 
 def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float) -> tuple[Array, Array, Array]:

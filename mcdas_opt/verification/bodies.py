@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import PredictedBody, together
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
@@ -29,20 +29,33 @@ _AT_ONCE = 8  # neighbours: what is worked out of so many stays in the processor
 Indices = NDArray[np.intp]
 
 
-def collisions(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, bodies: Sequence[PredictedBody], found: Findings) -> None:
+def collisions(
+    motion: Motion, vehicle: Vehicle, frame: FrenetFrame, bodies: Sequence[PredictedBody], rows: BodyMotion, found: Findings
+) -> None:
     """One violation for each neighbour that a host's body overlaps, in the order of contact: `t_s` is the first one, `value` the deepest
-    separation [m]."""
+    separation [m]. `rows`: where they are at `motion.every_t_s`."""
     hit = Findings(len(found.of))
-    for first in range(0, len(bodies), _AT_ONCE):
-        _collisions(motion, vehicle, frame, bodies[first : first + _AT_ONCE], hit)
+    ways = np.stack([rows.s_m, rows.d_m, rows.heading_rad])
+    known = _known(motion.every_t_s, bodies, ways, hit)
+    for first in range(0, len(known), _AT_ONCE):
+        some = known[first : first + _AT_ONCE]
+        _collisions(motion, vehicle, frame, [bodies[j] for j in some], ways[:, some], hit)
     for violations, its in zip(found.of, hit.of, strict=True):
         violations += sorted(its, key=lambda one: (one.t_s, one.value))
 
 
-def _collisions(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, bodies: Sequence[PredictedBody], found: Findings) -> None:
-    bodies, ways = _ways(motion, bodies, found)
-    if not bodies:
-        return
+def _known(t_s: Array, bodies: Sequence[PredictedBody], ways: Array, found: Findings) -> list[int]:
+    """Who is somewhere all the time. Who is predicted to be nowhere cannot be shown to be clear."""
+    lost = np.asarray(~np.isfinite(ways).all(axis=0))
+    for j in np.flatnonzero(lost.any(axis=1)).tolist():
+        for which in range(len(found.of)):
+            found.add(which, ViolationKind.PREDICTION, t_s[int(lost[j].argmax())], lost[j].sum(), 0.0, "values", bodies[j].id)
+    return np.flatnonzero(~lost.any(axis=1)).tolist()
+
+
+def _collisions(
+    motion: Motion, vehicle: Vehicle, frame: FrenetFrame, bodies: Sequence[PredictedBody], ways: Array, found: Findings
+) -> None:
     size = np.array([(body.length_m, body.width_m) for body in bodies])
     others, hosts, steps = _near(motion, frame, ways[..., ::2], size, vehicle)
     if not steps.size:
@@ -64,23 +77,6 @@ def _collisions(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, bodies: Se
         of_it = (hosts == which) & (others == body)
         first = motion.node_t_s[steps[int((of_it & hit).argmax())]]
         found.add(which, ViolationKind.COLLISION, first, gap[of_it].min(), 0.0, "m", bodies[body].id)
-
-
-def _ways(motion: Motion, bodies: Sequence[PredictedBody], found: Findings) -> tuple[Sequence[PredictedBody], Array]:
-    """Who is somewhere all the time, and their s, d and heading (3, J, 2 n - 1) at the n fine times and between them. Who is predicted to
-    be nowhere cannot be shown to be clear."""
-    t_s = np.empty(2 * motion.node_t_s.size - 1)
-    t_s[::2], t_s[1::2] = motion.node_t_s, motion.middle_t_s
-    rows = together(bodies, t_s)
-    ways = np.stack([rows.s_m, rows.d_m, rows.heading_rad])
-    lost = np.asarray(~np.isfinite(ways).all(axis=0))
-    if not lost.any():
-        return bodies, ways
-    known = [j for j in range(len(bodies)) if not lost[j].any()]
-    for j in sorted(set(range(len(bodies))) - set(known)):
-        for which in range(len(found.of)):
-            found.add(which, ViolationKind.PREDICTION, t_s[int(lost[j].argmax())], lost[j].sum(), 0.0, "values", bodies[j].id)
-    return [bodies[j] for j in known], ways[:, known]
 
 
 def _near(motion: Motion, frame: FrenetFrame, ways: Array, size: Array, vehicle: Vehicle) -> tuple[Indices, Indices, Indices]:

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import PredictedBody, Prediction
+from mcdas_opt.domain.prediction import PredictedBody, Prediction, together
 from mcdas_opt.domain.road import Road, local_origin_m
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
@@ -118,7 +118,7 @@ def _examined(
     motion = drive(samples, vehicle, frame, found)
     actuators(samples, motion, vehicle, frame.road, found)
     friction(motion, vehicle, frame.road, found)
-    collisions(motion, vehicle, frame, prediction.bodies, found)
+    collisions(motion, vehicle, frame, prediction.bodies, prediction.rows_on(motion.every_t_s), found)
     on_road(samples, motion, vehicle, frame, found)
     return found
 
@@ -126,7 +126,8 @@ def _examined(
 def _passed_by(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, bodies: Sequence[PredictedBody]) -> Findings:
     """The same of drives with which nothing can be wrong but that they touch one of these bodies."""
     found = Findings(len(samples.s_m))
-    collisions(drive(samples, vehicle, frame, found), vehicle, frame, bodies, found)
+    motion = drive(samples, vehicle, frame, found)
+    collisions(motion, vehicle, frame, bodies, together(bodies, motion.every_t_s), found)
     return found
 
 

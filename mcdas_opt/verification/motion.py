@@ -57,6 +57,13 @@ class Motion:
     middle_y_m: Array
     middle_yaw_rad: Array
 
+    @property
+    def every_t_s(self) -> Array:
+        """The fine times and those half a step later, in turn (2 K m + 1)."""
+        t_s = np.empty(2 * self.node_t_s.size - 1)
+        t_s[::2], t_s[1::2] = self.node_t_s, self.middle_t_s
+        return t_s
+
 
 def drive(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, found: Findings) -> Motion:
     """The fine motion; finds 'dynamics residual' and 're-integrated end'."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -51,6 +52,14 @@ def test_times_that_may_change_are_not_remembered() -> None:
     before = prediction.on(times)[0].s_m
     times += 1.0
     assert (prediction.on(times)[0].s_m != before).all()
+
+
+def test_what_it_remembers_cannot_be_written_into() -> None:
+    prediction, times = Prediction(name="test", bodies=(cruising(1), cruising(2))), TimeGrid().times_s
+    for motion in (prediction.rows_on(times), *prediction.on(times)):
+        for part in fields(BodyMotion):
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(motion, part.name)[...] = 0.0
 
 
 def test_it_remembers_a_few_times_only() -> None:

@@ -8,6 +8,7 @@ import json
 import math
 import pickle
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +81,34 @@ def test_an_error_of_a_track_names_the_track(wrong: dict[str, Any]) -> None:
         Track(**{**TRACK, "id": "x7", **wrong})
     assert caught.value.name == next(iter(wrong))
     assert caught.value.of == "track 'x7'"
+
+
+def test_a_track_elsewhere_is_the_same_but_for_its_place() -> None:
+    track = Track(**{**TRACK, "heading_rad": 0.3, "kind": "lorry", "covariance": np.diag([1.0, 0.0, 0.2, 0.0]), "coasting": True})
+    assert track.at(7.0, -2.0) == replace(track, s_m=7.0, d_m=-2.0)
+    assert track.later(0.5) == replace(track, s_m=track.s_m + 0.5 * track.speed_s_mps, d_m=track.d_m + 0.5 * track.speed_d_mps)
+
+
+@pytest.mark.parametrize(
+    ("place", "name"), [((math.nan, 0.0), "s_m"), ((0.0, math.nan), "d_m"), ((0.0, -1e300), "d_m"), ((math.inf, 0.0), "s_m")]
+)
+def test_a_track_is_not_moved_where_nothing_can_be(place: tuple[float, float], name: str) -> None:
+    with pytest.raises(ParameterError, match=r"^track 'x7': ") as caught:
+        Track(**{**TRACK, "id": "x7"}).at(*place)
+    assert caught.value.name == name
+
+
+@given(rows=st.lists(st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4), max_size=4), exact=st.sets(st.integers(0, 3)))
+def test_what_is_known_exactly_has_rows_and_columns_of_zeros(rows: list[list[float]], exact: set[int]) -> None:
+    square = np.array(rows).T @ np.array(rows) if rows else np.zeros((4, 4))
+    for i in exact:
+        square[i, :] = square[:, i] = 0.0
+    covariance("p", square, 4)
+    for i in exact:
+        wrong = square.copy()
+        wrong[i - 1, i] += 1e-3
+        with pytest.raises(ParameterError, match="symmetric and positive"):
+            covariance("p", wrong, 4)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.prediction import BodyMotion, KnownBody, Prediction
+from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners
 from tests.verification.rollouts import WIDE, WIDE_CURVED, cruising, legal, names, roll_out, straight_on
@@ -132,6 +133,27 @@ def test_each_neighbour_is_named():
         "collision with front",
         "collision with rear",
     ]
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), count=st.integers(2, 40))
+@both_roads
+def test_of_many_each_is_convicted_as_it_is_alone(road, seed, count):
+    others = [replace(meeting(seed + i, road, contact=1.6)[1], id=str(i)) for i in range(count)]
+    drive, nearest = meeting(seed, road, contact=1.1)
+    bodies = [*others, replace(nearest, id="nearest")]
+
+    def convicted(bodies):
+        verdict = replace(drive, prediction=Prediction(name="some", bodies=tuple(bodies))).verdict()
+        return [v for v in verdict.violations if v.kind is ViolationKind.COLLISION]
+
+    alone = [violation for body in bodies for violation in convicted([body])]
+    together = convicted(bodies)
+    assert [v.body for v in together] == [v.body for v in sorted(alone, key=lambda v: (v.t_s, v.value))]
+    for violation in together:
+        same = next(v for v in alone if v.body == violation.body)
+        assert violation.t_s == same.t_s
+        assert violation.value == pytest.approx(same.value, abs=1e-9)
 
 
 @settings(max_examples=25, deadline=None)
