@@ -17,6 +17,7 @@ from mcdas_opt.catalogue.part import NonNegative, Part, Positive
 from mcdas_opt.catalogue.road_tables import DestinationPart, RoadPart
 from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.registry import Registry
@@ -252,6 +253,7 @@ class Scene(Part):
         return self.neighbour[index].name or f"neighbour-{index + 1}"
 
 
+@usual_arithmetic
 def load_scene(name: str | Path) -> Scene:
     """The scene behind a path or a shipped name. A CommonRoad scenario (.xml) is one too: its first planning problem, with the extra
     `commonroad`. Raises `InputError` that names file, key, value and rule."""

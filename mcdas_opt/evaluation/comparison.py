@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.registry import importable
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import require_type
@@ -72,6 +73,7 @@ class Comparison(Result):
         return Result.to_dict(self) | {"rows": list(self.rows)}
 
 
+@usual_arithmetic
 def benchmark(
     suite: str | Path,
     planners: Sequence[PlannerName | str | type[Method]] = _PLANNERS,

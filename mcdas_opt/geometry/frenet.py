@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, finite, require_type, within
 
@@ -43,6 +44,7 @@ class FrenetFrame:
         line, bends = self._table, self._knots
         object.__setattr__(self, "_addresses", (line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data))
 
+    @usual_arithmetic
     def _tabulate(self) -> None:
         if self.road.is_straight:
             empty = np.zeros(0)

@@ -12,6 +12,7 @@ import numpy as np
 
 from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -40,6 +41,7 @@ _SLOWEST_S = 2.0  # scans that are farther apart are none of a radar's, whose ti
 Progress = Callable[[int, int], None]
 
 
+@usual_arithmetic
 def replay(
     log: str | Path,
     format: str | None = None,

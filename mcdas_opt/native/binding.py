@@ -86,6 +86,12 @@ ARGUMENTS: dict[str, Any] = {
 }
 
 
+def raise_if_interrupted(error: Exception) -> None:
+    """Whatever is raised while an argument is taken, Ctrl-C too, leaves ctypes as an `ArgumentError` that only names it."""
+    if isinstance(error, ctypes.ArgumentError) and KeyboardInterrupt.__name__ in str(error):
+        raise KeyboardInterrupt from None
+
+
 @cache
 def record(text: str, name: str) -> type[ctypes.Structure]:
     """The struct of that name in a C text: its fields are declared there alone. Pointers are addresses (`address`)."""

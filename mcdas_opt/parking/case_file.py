@@ -14,6 +14,7 @@ from pydantic import Field
 from mcdas_opt.catalogue.data_files import checked, find, models_folder, read_text, read_toml
 from mcdas_opt.catalogue.part import NonNegative, Part, Positive
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.parking import LARGEST_SLOT_M, ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
 from mcdas_opt.domain.rules import FARTHEST_M, Array, require_type, require_type_if_given
 from mcdas_opt.domain.vehicle import Vehicle
@@ -94,6 +95,7 @@ class ParkingFile(Part):
     tolerance: Annotated[TolerancePart, Field(description="how near the end must be to the goal")] = TolerancePart()
 
 
+@usual_arithmetic
 def load_parking_case(name: str | Path, *, vehicle: str | Vehicle | None = None, clearance_m: float | None = None) -> ParkingCase:
     """The case behind a path (`.toml`, or a TPCAP `.csv`) or a shipped name; `vehicle` (a `Vehicle`, a shipped name or a path) and
     `clearance_m` override the file's.

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import require_type_if_given
 from mcdas_opt.domain.vehicle import Vehicle
@@ -37,6 +38,7 @@ _SHARES = (0.5, 0.2, 0.0)
 _QUICK = Resolution(cell_m=0.03, max_nodes=12_000, contacts_only=True)
 
 
+@usual_arithmetic
 def park(
     case: str | Path | ParkingCase,
     planner: ParkingPlannerName | str = "nlp",

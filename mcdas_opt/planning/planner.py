@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
@@ -46,6 +47,7 @@ class Planner:
     on from here in two ways: the copy knows what it knew, and its solver begins cold.
     """
 
+    @usual_arithmetic
     def __init__(
         self,
         vehicle: str | Vehicle = "sedan",
@@ -134,6 +136,7 @@ class Planner:
             self.sensing.reset()
             self.memory, self._asked.previous = Memory(), None
 
+    @usual_arithmetic
     def plan(self, situation: Situation) -> Plan:
         """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback, and so is an exception of a
         method with a ladder, with a `PlannerFaultWarning`.
@@ -203,6 +206,7 @@ class Planner:
             return remainder_instead(cycle, answer)
         return answer
 
+    @usual_arithmetic
     def step(
         self,
         measurements: Sequence[Scan],

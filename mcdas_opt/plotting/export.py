@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.result import Result, called
 from mcdas_opt.errors import InputError, ParameterError, writing
 
@@ -43,6 +44,7 @@ def save_picture(result: Result, path: Path, figure: Figure | None = None) -> Pa
     return path
 
 
+@usual_arithmetic
 def plot(result: Result, path: str | Path | None = None) -> Figure:
     """The picture of any answer, as its own `plot`. Raises `InputError` for a suffix that is no picture's, or a missing folder."""
     if not isinstance(result, Result):

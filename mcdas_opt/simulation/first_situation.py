@@ -9,6 +9,7 @@ from pathlib import Path
 from mcdas_opt.catalogue.data_files import read_text
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, writing
@@ -37,6 +38,7 @@ def first_situation(scene: Scene, seed: int | None = None) -> Situation:
     )
 
 
+@usual_arithmetic
 def load_situation(name: str | Path, seed: int | None = None) -> Situation:
     """What a planner is told at t = 0 of a scene (path or shipped name; `seed` of its sensors' noise), or a situation saved as `.json`.
     Raises `InputError` that names file, key, value and rule."""

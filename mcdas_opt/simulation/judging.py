@@ -9,6 +9,7 @@ import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.safe_end import SafeEndSettings, named_in
@@ -30,6 +31,7 @@ SCENE = "scene"
 PREDICTIONS = (SCENE, CONSTANT_VELOCITY)
 
 
+@usual_arithmetic
 def verify(
     trajectory: Trajectory,
     target: Scene | Situation,

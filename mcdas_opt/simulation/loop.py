@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.catalogue.scenes import Scene, load_scene
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
+@usual_arithmetic
 def simulate(
     scene: str | Path | Scene,
     planner: PlannerName | str | Driver | Method = "mpc",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.escapes import Closer, Escape, Escapes
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import require_type, require_type_if_given
@@ -22,6 +23,7 @@ from mcdas_opt.time_to_react.search import found
 from mcdas_opt.tracking.prediction import predict_for
 
 
+@usual_arithmetic
 def escapes(
     situation: Situation,
     vehicle: Vehicle | None = None,

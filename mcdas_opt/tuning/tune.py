@@ -8,6 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.tuning.design import Design, design
@@ -46,6 +47,7 @@ def tune(
     storage: str | Path,
     study: StudyOptions | None = ...,
 ) -> StudyReport: ...
+@usual_arithmetic
 def tune(
     *,
     speed_mps: float = 60.0 / 3.6,

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -50,6 +51,7 @@ class SumoDriver:
     Raises `InputError` for an `ego` that is not there, `ParameterError` for steps that do not make up the planner's cycle.
     """
 
+    @usual_arithmetic
     def __init__(
         self,
         connection: Connection,
@@ -104,6 +106,7 @@ class SumoDriver:
         """What is driven now; None where SUMO drives, or before the first step."""
         return self._plan
 
+    @usual_arithmetic
     def step(self) -> bool:
         """One step of SUMO, with the vehicle where the plan has it; false once the vehicle has arrived or vanished.
 

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
@@ -40,6 +41,7 @@ _SETTLED_S = 0.5  # after a reference's end, at rest
 _LONGEST_S = 900.0
 
 
+@usual_arithmetic
 def follow(
     case: str | Path | ParkingCase,
     planner: Literal["nlp", "search"] | str = "nlp",
