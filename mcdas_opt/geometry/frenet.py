@@ -141,9 +141,9 @@ class FrenetFrame:
             px, py, theta = self._line(s)
             along = (x - px) * np.cos(theta) + (y - py) * np.sin(theta)
             across = -(x - px) * np.sin(theta) + (y - py) * np.cos(theta)
-            step = along / np.maximum(1.0 - across * self.road.curvature_at(s), 0.1)
-            s = np.clip(s + step, self._s[0], self._s[-1])
-            if np.abs(step).max(initial=0.0) < 1e-12:
+            before = s
+            s = np.clip(s + along / np.maximum(1.0 - across * self.road.curvature_at(s), 0.1), self._s[0], self._s[-1])
+            if np.abs(s - before).max(initial=0.0) < 1e-12:
                 break
         px, py, theta = self._line(s)
         d = -(x - px) * np.sin(theta) + (y - py) * np.cos(theta)

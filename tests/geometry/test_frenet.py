@@ -122,6 +122,28 @@ def test_beyond_the_table_the_road_goes_on_straight(end_m: float, beyond_m: floa
     assert (x - x0, y - y0, yaw) == pytest.approx((beyond_m * math.cos(yaw0 - 0.1), beyond_m * math.sin(yaw0 - 0.1), yaw0))
 
 
+def test_who_is_beyond_the_table_does_not_keep_the_search_going(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A car at 300 m/s leaves the piece of road that is known: twelve rounds for each of 200 samples took 18 ms a car."""
+    frame = FrenetFrame(road=Road(curvature=((0.0, 0.002),)), s_min_m=-100.0, s_max_m=300.0)
+    x, y, yaw = frame.to_plane(np.linspace(0.0, 300.0, 50), np.zeros(50), np.zeros(50))
+    asked, line = [], FrenetFrame._line
+
+    def counted(self, s):
+        asked.append(s)
+        return line(self, s)
+
+    monkeypatch.setattr(FrenetFrame, "_line", counted)
+    inside = frame.to_road(x, y, yaw)
+    rounds = len(asked)
+    s, d, _ = frame.to_road(
+        np.append(x, x[-1] + 1000.0 * np.cos(yaw[-1])), np.append(y, y[-1] + 1000.0 * np.sin(yaw[-1])), np.append(yaw, yaw[-1])
+    )
+    assert len(asked) - rounds <= rounds + 2
+    assert np.allclose(s[:-1], inside[0], atol=1e-9)
+    assert np.allclose(d[:-1], inside[1], atol=1e-9)
+    assert s[-1] == pytest.approx(frame._s[-1])
+
+
 def test_a_frame_keeps_those_of_a_long_road_s_knots_that_are_near_its_piece():
     road = Road(curvature=tuple((50.0 * k, 1e-3 * math.sin(0.7 * k)) for k in range(-2000, 2001)))
     piece, whole = FrenetFrame(road=road, s_min_m=-430.0, s_max_m=710.0), FrenetFrame(road=road, s_min_m=-1e5, s_max_m=1e5)
