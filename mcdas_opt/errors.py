@@ -62,7 +62,7 @@ class PlannerFaultError(McdasError, RuntimeError):
 
 
 class PlannerFaultWarning(RuntimeWarning):
-    """A method raised what it must not; the fallback ladder has answered."""
+    """A method raised what it must not, and the fallback ladder has answered; or what a planner remembered could not be planned with."""
 
 
 @contextmanager

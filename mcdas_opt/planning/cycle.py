@@ -88,7 +88,7 @@ class Cycle:
         placed = seen_locally(given, memory.origin_m)
         plausible = believed(placed, before.tracks, elapsed_s, before.supposed, vehicle)
         situation = with_wanted_speed(plausible.situation, settings, vehicle)
-        blind = BlindAhead.of(situation, settings, before.blind_ahead, None if memory.is_empty else before.tracks, elapsed_s)
+        blind = BlindAhead.of(situation, placed.tracks, settings, before.blind_ahead, None if memory.is_empty else before.tracks, elapsed_s)
         situation = in_order(situation if blind is None else blind.driven_in(situation, settings))
         active = memory.active
         active = None if active is None or active.finished(situation) else active

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +20,11 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Side
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.errors import ParameterError, PlannerFaultWarning
+from mcdas_opt.native.binding import raise_if_interrupted
 from mcdas_opt.native.library import Held, library
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Deadline
 from mcdas_opt.planning.fallback.ladder import NothingPasses, fall_back, host_refused, remainder_instead
 from mcdas_opt.planning.measurement.sensing import Sensing
 from mcdas_opt.planning.memory import Memory
@@ -162,7 +165,7 @@ class Planner:
     def _plan(self, situation: Situation, fault: str, faulty_s: float) -> Plan:
         """`fault` says what is wrong with the host's state as it was measured, and that for so long; the situation's is one that can be."""
         started = time.perf_counter()
-        cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, self._asked.deadline(started))
+        cycle = self._cycle(situation, self._asked.deadline(started))
         if fault and self._asked.has_ladder:
             plan, reported = with_reported_mode(host_refused(cycle, fault, faulty_s), cycle)
         else:
@@ -185,6 +188,18 @@ class Planner:
             vehicle=self.vehicle,
         )
         return self._asked.previous
+
+    def _cycle(self, situation: Situation, deadline: Deadline | None) -> Cycle:
+        """Where nothing can be asked for what is remembered, which would be a fault of ours, that is forgotten, with a
+        `PlannerFaultWarning`."""
+        try:
+            return Cycle.of(situation, self.vehicle, self.settings, self.memory, deadline)
+        except Exception as error:
+            raise_if_interrupted(error)
+            if self.memory.is_empty:
+                raise
+            warnings.warn(f"what was remembered is forgotten: {type(error).__name__}: {error}", PlannerFaultWarning, stacklevel=2)
+            return Cycle.of(situation, self.vehicle, self.settings, Memory(), deadline)
 
     def _carried(self, plan: Plan) -> object:
         """What the plan takes along: the planner's memory, or what a method of another kind left for itself."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +18,10 @@ from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.situation import MOST_TRACKS, Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
+from mcdas_opt.errors import ParameterError, PlannerFaultWarning
+from mcdas_opt.planning import cycle
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.situation.doubts import Believed
 from mcdas_opt.time_to_react.escapes import escapes
 from tests.planning.situations import car, mirrored
 
@@ -193,3 +198,38 @@ def test_more_than_a_situation_holds_are_not_supposed_ahead() -> None:
     planner.plan(Situation(host=host, coverage=Coverage(), road=TWO_LANES, tracks=many("a")))
     blind = Situation(time_s=0.1, host=replace(host, s_m=1.4), coverage=Coverage(front=False), road=TWO_LANES, tracks=many("b"))
     assert planner.plan(blind).verdict.passed
+
+
+def test_who_is_told_of_twice_is_supposed_ahead_once() -> None:
+    """Of two equal tracks one is planned around; the other is no less told of. Then nobody is: both were supposed, one of them twice."""
+    planner, host = Planner(), HostState(speed_mps=14.0)
+    asked = (
+        (True, (car("a", 40.0, 0.0, 14.0), car("b", 60.0, 0.0, 14.0))),
+        (False, (car("a", 41.4, 0.0, 14.0), car("b", 41.4, 0.0, 14.0))),
+        (False, ()),
+    )
+    for k, (front, tracks) in enumerate(asked):
+        now = replace(host, s_m=1.4 * k)
+        plan = planner.plan(Situation(time_s=0.1 * k, host=now, coverage=Coverage(front=front), road=TWO_LANES, tracks=tracks))
+    believed = {track.id: track.s_m for track in plan.believed.tracks} if plan.believed else {}
+    assert believed["a"] == believed["b"] == pytest.approx(42.8)
+    assert plan.verdict.passed
+
+
+def test_what_was_remembered_is_forgotten_where_nothing_can_be_asked_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner, host = Planner(), HostState(speed_mps=14.0)
+    first = Situation(host=host, coverage=Coverage(), road=TWO_LANES, tracks=(car("a", 40.0, 0.0, 14.0),))
+    planner.plan(first)
+    begins = cycle.believed
+
+    def faulty(situation: Situation, before: Sequence[Track], *rest: Any) -> Believed:
+        if before:
+            raise ParameterError("tracks.id", "a", "must be unique")
+        return begins(situation, before, *rest)
+
+    monkeypatch.setattr(cycle, "believed", faulty)
+    later = replace(first, time_s=0.1)
+    with pytest.warns(PlannerFaultWarning, match="what was remembered is forgotten: ParameterError"):
+        plan = planner.plan(later)
+    assert plan.verdict.passed
+    assert np.array_equal(plan.trajectory.table, Planner().plan(later).trajectory.table)

@@ -28,17 +28,23 @@ class BlindAhead:
 
     @classmethod
     def of(
-        cls, situation: Situation, settings: Settings, before: BlindAhead | None, seen: Sequence[Track] | None, elapsed_s: float
+        cls,
+        situation: Situation,
+        told: Sequence[Track],
+        settings: Settings,
+        before: BlindAhead | None,
+        seen: Sequence[Track] | None,
+        elapsed_s: float,
     ) -> BlindAhead | None:
-        """None where somebody watches. `before` is the same, and `seen` who was told of, `elapsed_s` ago; None seen: there was no plan, and
-        nobody has ever watched."""
+        """None where somebody watches. `told` is who is told of, believed or not. `before` is the same, and `seen` who was told of,
+        `elapsed_s` ago; None seen: there was no plan, and nobody has ever watched."""
         host = situation.host
         if situation.coverage.front:
             return None
-        there = {track.id for track in situation.tracks}
+        there = {track.id for track in (*situation.tracks, *told)}
         known = [*(seen or ()), *(() if before is None else before.supposed)]
         expected = (track.later(elapsed_s) for track in known if track.id not in there)
-        supposed = _nearest((track for track in expected if track.s_m > host.s_m), MOST_TRACKS - len(there))
+        supposed = _nearest((track for track in expected if track.s_m > host.s_m), MOST_TRACKS - len(situation.tracks))
         if before is not None:
             return replace(before, age_s=before.age_s + elapsed_s, supposed=supposed)
         braking = min(settings.safe_end.front_braking_mps2, situation.road.grip_mps2)
