@@ -14,6 +14,7 @@ from benchmarks.attack.__main__ import ATTACKS, run
 QUICK = {
     "constructors": 300,
     "situations": 30,
+    "sequences": 60,
     "crowds": 3,
     "methods": 30,
     "streams": 60,

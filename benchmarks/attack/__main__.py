@@ -6,6 +6,7 @@
 |---|---|
 | constructors | every record, with anything in its fields |
 | situations | absurd traffic, hosts and roads, planned for |
+| sequences | traffic from cycle to cycle: vanishes, comes back, jumps, doubles, swaps names, while sectors, roads and destinations change |
 | crowds | hundreds of bodies, in one place or along the road, who vanish together |
 | methods | methods of others: drives of any sampling, refusals, exceptions |
 | planners | cars and settings that nobody would have, and plans of theirs |
@@ -51,6 +52,7 @@ from benchmarks.attack import (
     live,
     methods,
     planners,
+    sequences,
     situations,
     streams,
     studio,
@@ -64,6 +66,7 @@ from mcdas_opt.evaluation.running.journal import Journal
 ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int], int]] = {
     "constructors": (constructors.attack, (500, 20_000, 1_000_000), 20_000),
     "situations": (situations.attack, (60, 2_000, 100_000), 1_000),
+    "sequences": (sequences.attack, (60, 2_000, 100_000), 1_000),
     "crowds": (crowds.attack, (6, 60, 1_000), 100),
     "methods": (methods.attack, (50, 1_000, 10_000), 1_000),
     "planners": (planners.attack, (50, 1_000, 10_000), 1_000),

@@ -47,7 +47,7 @@ def _mostly(low: float, high: float) -> st.SearchStrategy[float]:
 _CURVATURES = st.one_of(st.just(0.0), st.floats(-0.02, 0.02), st.floats(-2.0, 2.0), st.sampled_from(EXTREMES))
 
 
-def _with(record: R, **hostile: Any) -> R:
+def with_what_it_takes(record: R, **hostile: Any) -> R:
     """The record with each of these values that its constructor takes."""
     for name, value in hostile.items():
         with contextlib.suppress(McdasError):
@@ -68,7 +68,7 @@ def _lanes(draw: st.DrawFn, right: int, left: int) -> tuple[Lane, ...]:
 
     closed = [sorted(pair) for pair in draw(st.lists(st.tuples(_PLACES, _PLACES), max_size=2))]
     return tuple(
-        _with(
+        with_what_it_takes(
             Lane(lane=number),
             merges=draw(st.sampled_from(Side)),
             width_m=knots(_mostly(0.0, 4.5)),
@@ -86,9 +86,9 @@ def _pair(low: float, wide: float) -> tuple[float, float]:
 
 
 @st.composite
-def _destinations(draw: st.DrawFn, time_s: float) -> Destination:
+def destinations(draw: st.DrawFn, time_s: float) -> Destination:
     begin_m, begin_s = draw(_mostly(-50.0, 500.0)), time_s + draw(_mostly(0.0, 30.0))
-    return _with(
+    return with_what_it_takes(
         Destination(lane=0),
         lane=draw(st.one_of(st.none(), st.integers(-3, 3))),
         s_m=draw(st.one_of(st.none(), st.just((begin_m, begin_m + draw(_mostly(0.1, 50.0)))))),
@@ -103,7 +103,7 @@ def _destinations(draw: st.DrawFn, time_s: float) -> Destination:
 def roads(draw: st.DrawFn) -> Road:
     places = draw(st.lists(st.one_of(st.floats(-200.0, 500.0), st.sampled_from(EXTREMES)), min_size=1, max_size=5, unique=True))
     left, right = draw(st.integers(0, 3)), draw(st.integers(0, 3))
-    return _with(
+    return with_what_it_takes(
         Road(lanes_left=left, lanes_right=right),
         lane_width_m=draw(_mostly(2.5, 4.5)),
         shoulder_left_m=draw(_mostly(0.0, 3.0)),
@@ -129,7 +129,7 @@ def hosts(draw: st.DrawFn) -> HostState:
             acceleration_mps2=draw(st.floats(-6.0, 3.0)),
             steering_rad=_WHEELBASE_M * lateral_mps2 / max(speed_mps, 5.0) ** 2,
         )
-    return _with(
+    return with_what_it_takes(
         HostState(),
         s_m=draw(_mostly(-100.0, 1000.0)),
         d_m=draw(_mostly(-2.0, 2.0)),
@@ -145,7 +145,7 @@ def hosts(draw: st.DrawFn) -> HostState:
 def tracks(draw: st.DrawFn, from_s_m: float) -> tuple[Track, ...]:
     spreads = st.sampled_from((0.0, 1e-6, 0.1, 3.0, 1e3, 1e9))
     return tuple(
-        _with(
+        with_what_it_takes(
             Track(id=str(k), s_m=30.0 * k + 10.0, d_m=0.0, speed_s_mps=10.0),
             s_m=from_s_m + draw(_mostly(-80.0, 120.0)),
             d_m=draw(_mostly(-8.0, 8.0)),
@@ -175,11 +175,13 @@ def situations(draw: st.DrawFn) -> tuple[Situation, ...]:
         request=draw(st.sampled_from(Request)),
     )
     wanted = draw(st.one_of(st.none(), _mostly(0.0, 50.0)))
-    destination = draw(_destinations(given.time_s)) if draw(st.integers(0, 3)) == 0 else None
-    asked = _with(given, desired_speed_mps=wanted, destination=destination)
+    destination = draw(destinations(given.time_s)) if draw(st.integers(0, 3)) == 0 else None
+    asked = with_what_it_takes(given, desired_speed_mps=wanted, destination=destination)
     drawn = [(draw(roads()), draw(hosts()), draw(tracks(0.0))) for _ in range(2)]
     return tuple(
-        _with(asked, road=road, host=host, tracks=tuple(_with(track, s_m=track.s_m + host.s_m) for track in others))
+        with_what_it_takes(
+            asked, road=road, host=host, tracks=tuple(with_what_it_takes(track, s_m=track.s_m + host.s_m) for track in others)
+        )
         for road, _, _ in drawn
         for _, host, _ in drawn
         for _, _, others in drawn
@@ -201,7 +203,7 @@ def crowds(draw: st.DrawFn, cycles: int) -> tuple[Situation, ...]:
         named = f"{k} " if draw(st.booleans()) else ""
         now = dataclasses.replace(host, s_m=host.s_m + 0.1 * k * min(host.speed_mps, 100.0))
         bodies = tuple(
-            _with(
+            with_what_it_takes(
                 Track(id=f"{named}{i}", s_m=30.0 * i, d_m=0.0, speed_s_mps=10.0, length_m=long_m),
                 s_m=now.s_m + centre_m + along_m * along,
                 d_m=across_m * across,
@@ -213,7 +215,7 @@ def crowds(draw: st.DrawFn, cycles: int) -> tuple[Situation, ...]:
             )
         )
         coverage = Coverage(**{sector.value: draw(st.booleans()) for sector in Sector})
-        asked.append(_with(Situation(time_s=0.1 * k, host=HOST, coverage=coverage), road=road, host=now, tracks=bodies))
+        asked.append(with_what_it_takes(Situation(time_s=0.1 * k, host=HOST, coverage=coverage), road=road, host=now, tracks=bodies))
     return tuple(asked)
 
 
