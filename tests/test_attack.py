@@ -22,6 +22,7 @@ QUICK = {
     "journals": 30,
     "kills": 2,
     "planners": 15,
+    "parkings": 20,
     "clocks": 10,
     "live": 60,
 }

@@ -9,6 +9,7 @@
 | sequences | traffic from cycle to cycle: vanishes, comes back, jumps, doubles, swaps names, while sectors, roads and destinations change |
 | crowds | hundreds of bodies, in one place or along the road, who vanish together |
 | methods | methods of others: drives of any sampling, refusals, exceptions |
+| parkings | parking cases that nobody would draw, for every planner |
 | planners | cars and settings that nobody would have, and plans of theirs |
 | streams | cycles of hostile scans under clocks that jitter, stop, jump and run back |
 | files | scenes, cars, sensors, cases, suites, recordings ... with bytes, lines, numbers and words changed |
@@ -51,6 +52,7 @@ from benchmarks.attack import (
     kills,
     live,
     methods,
+    parkings,
     planners,
     sequences,
     situations,
@@ -69,6 +71,7 @@ ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int]
     "sequences": (sequences.attack, (60, 2_000, 100_000), 1_000),
     "crowds": (crowds.attack, (6, 60, 1_000), 100),
     "methods": (methods.attack, (50, 1_000, 10_000), 1_000),
+    "parkings": (parkings.attack, (40, 1_000, 10_000), 500),
     "planners": (planners.attack, (50, 1_000, 10_000), 1_000),
     "streams": (streams.attack, (150, 2_000, 100_000), 1_000),
     "files": (files.attack, (500, 10_000, 100_000), 5_000),

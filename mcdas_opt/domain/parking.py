@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from operator import attrgetter
@@ -31,6 +32,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError
 
 LARGEST_SLOT_M = 1000.0
+FARTHEST_APART_M = 1000.0  # start and goal: nobody parks from farther away
 LEAST_LEG_M = 1e-3  # what is shorter is no leg; zigzags in the narrowest slots have legs of 3 mm, and need them
 
 
@@ -122,15 +124,22 @@ class ParkingCase(EqualByValue):
             for k, value in enumerate(pose.tolist()):
                 within(f"{name}[{k}]", value, -FARTHEST_M, FARTHEST_M)
             angle(f"{name}[2]", float(pose[2]), turns=2)  # on the way a car may have turned on, beyond one
+        apart_m = math.dist(self.start[:2], self.goal[:2])
+        if apart_m > FARTHEST_APART_M:
+            raise ParameterError("goal", apart_m, f"must lie within {FARTHEST_APART_M:g} m of the start", "m")
         top = self.vehicle.steering_max_rad
         within("start_steering_rad", self.start_steering_rad, -top, top, "rad")
         object.__setattr__(self, "origin_m", tuple(vector("origin_m", self.origin_m, "m", length=2).tolist()))
+        for k, place in enumerate(self.origin_m):
+            within(f"origin_m[{k}]", place, -FARTHEST_M, FARTHEST_M, "m")
         require_type("obstacles", self.obstacles, list, tuple)
         obstacles = []
         for k, outline in enumerate(self.obstacles):
             array = floats(f"obstacles[{k}]", outline, "must be vertices (x, y)", "m")
             if array.ndim != 2 or array.shape[0] < 3 or array.shape[1] != 2 or not np.all(np.isfinite(array)):
                 raise ParameterError(f"obstacles[{k}]", f"shape {array.shape}", "must be at least three finite vertices (x, y)", "m")
+            if np.abs(array).max() > FARTHEST_M:
+                raise ParameterError(f"obstacles[{k}]", float(np.abs(array).max()), f"must lie within {FARTHEST_M:g} of 0", "m")
             array.setflags(write=False)
             obstacles.append(array)
         object.__setattr__(self, "obstacles", tuple(obstacles))

@@ -13,10 +13,12 @@ from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.dynamics.sigmoid import renormalised, sigmoid
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.parking.path import Arc, ArcPath, knots_of, sampled, top_curvature
 
 _LITERAL_A, _LITERAL_B, _LITERAL_MPS = 0.4, 50.0, 1.0  # Table 5, whose b goes from 45 to 60
 _POINTS = 401
+_WIDER = 10.0  # no sigmoid has to be so much wider than it reaches: the search for one runs away
 
 
 def two_arc(case: ParkingCase) -> ParkingTrajectory:
@@ -97,7 +99,8 @@ def _offset(case: ParkingCase) -> tuple[float, float, float]:
 
 
 def _profile(offset: float, top: float) -> tuple[Array, Array]:
-    """(distance, curvature) of the sigmoid that moves sideways by `offset` with curvature up to `top`."""
+    """(distance, curvature) of the sigmoid that moves sideways by `offset` with curvature up to `top`. Raises `ParameterError` where there
+    is none."""
     amplitude = max(offset, 1e-6)
     along = kappa = np.zeros(2)
     for _ in range(12):
@@ -107,6 +110,8 @@ def _profile(offset: float, top: float) -> tuple[Array, Array]:
             along, kappa = _sigmoid_curvature(amplitude, a)
             low, high = (a, high) if np.abs(kappa).max() < top else (low, a)
         amplitude *= offset / max(_driven(along, kappa)[-1, 1], 1e-9) if offset > 1e-6 else 1.0
+        if amplitude > _WIDER * max(offset, 1e-6):
+            raise ParameterError("goal", offset, "is farther to the side than one sigmoid of this car reaches", "m")
     return along, kappa
 
 

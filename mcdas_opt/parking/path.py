@@ -12,8 +12,10 @@ from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.rollout import roll_out
+from mcdas_opt.errors import ParameterError
 
 SAMPLE_S = 0.05
+_LONGEST_S = 600.0  # nobody parks for longer
 
 
 class Arc(NamedTuple):
@@ -127,7 +129,11 @@ def knots_of(case: ParkingCase, path: ArcPath) -> tuple[Array, Array, Array]:
 
 
 def sampled(case: ParkingCase, t: Array, v: Array, delta: Array) -> ParkingTrajectory:
-    """The trajectory that is linear in speed and steering between the knots, sampled at most 0.05 s apart, knots included."""
+    """The trajectory that is linear in speed and steering between the knots, sampled at most 0.05 s apart, knots included. Raises
+    `ParameterError` where it lasts for longer than anybody parks."""
+    if not t[-1] <= _LONGEST_S:
+        rule = f"must last no longer than {_LONGEST_S:g} s: the limits are too low for this case"
+        raise ParameterError("the drive", float(t[-1]), rule, "s")
     keep = np.concatenate([[True], np.diff(t) > 1e-7])
     keep[-1] = True
     t, v, delta = t[keep], v[keep], delta[keep]
