@@ -9,6 +9,9 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import seed as seeded
 from hypothesis.strategies import SearchStrategy
 
+from benchmarks.attack.tally import Tally
+from mcdas_opt import Planner, Situation
+
 T = TypeVar("T")
 
 
@@ -22,3 +25,17 @@ def examples(strategy: SearchStrategy[T], ask: Callable[[T], None], count: int, 
         ask(example)
 
     each()
+
+
+def cycles(strategy: SearchStrategy[tuple[Situation, ...]], tally: Tally, count: int, seed: int) -> None:
+    """Has one planner, which begins anew with each of about `count` examples, plan for the situations of each in turn."""
+    planner = Planner()
+
+    def ask(asked: tuple[Situation, ...]) -> None:
+        planner.reset()
+        for situation in asked:
+            plan = tally.ask(lambda situation=situation: planner.plan(situation), situation.to_json, may_refuse=False)
+            if plan is not None:
+                tally.check_plan(plan, situation)
+
+    examples(strategy, ask, count, seed)

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 from hypothesis import strategies as st
 
-from benchmarks.attack.campaign import examples
+from benchmarks.attack.campaign import cycles
 from benchmarks.attack.records import HOST
 from benchmarks.attack.strategies import destinations, hosts, roads, tracks, with_what_it_takes
 from benchmarks.attack.tally import Tally
-from mcdas_opt import Coverage, HostState, Planner, Request, Road, Sector, Situation, Track
+from mcdas_opt import Coverage, HostState, Request, Road, Sector, Situation, Track
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.vocabulary import BodyKind
 
@@ -22,16 +22,7 @@ _MOST = 40  # tracks: who doubles in each cycle is many
 
 
 def attack(tally: Tally, count: int, seed: int) -> None:
-    planner = Planner()
-
-    def ask(asked: tuple[Situation, ...]) -> None:
-        planner.reset()
-        for situation in asked:
-            plan = tally.ask(lambda situation=situation: planner.plan(situation), situation.to_json, may_refuse=False)
-            if plan is not None:
-                tally.check_plan(plan, situation)
-
-    examples(sequences(), ask, max(count // _CYCLES, 1), seed)
+    cycles(sequences(), tally, max(count // _CYCLES, 1), seed)
 
 
 @st.composite
