@@ -32,6 +32,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError
 
 LARGEST_SLOT_M = 1000.0
+FARTHEST_ORIGIN_M = 1e10  # of surveyed coordinates: there micrometres are still told apart, and answers are judged as they are read
 FARTHEST_APART_M = 1000.0  # start and goal: nobody parks from farther away
 LEAST_LEG_M = 1e-3  # what is shorter is no leg; zigzags in the narrowest slots have legs of 3 mm, and need them
 
@@ -131,7 +132,7 @@ class ParkingCase(EqualByValue):
         within("start_steering_rad", self.start_steering_rad, -top, top, "rad")
         object.__setattr__(self, "origin_m", tuple(vector("origin_m", self.origin_m, "m", length=2).tolist()))
         for k, place in enumerate(self.origin_m):
-            within(f"origin_m[{k}]", place, -FARTHEST_M, FARTHEST_M, "m")
+            within(f"origin_m[{k}]", place, -FARTHEST_ORIGIN_M, FARTHEST_ORIGIN_M, "m")
         require_type("obstacles", self.obstacles, list, tuple)
         obstacles = []
         for k, outline in enumerate(self.obstacles):
