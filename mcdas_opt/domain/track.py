@@ -180,13 +180,13 @@ class Track:
 
     def seen_from(self, s_m: float) -> Track:
         """The same with its s counted from `s_m`."""
-        return self if s_m == 0.0 else self.at(self.s_m - s_m, self.d_m)
+        return self if s_m == 0.0 else self.moved_to(self.s_m - s_m, self.d_m)
 
     def later(self, by_s: float) -> Track:
         """The same where it is so long after, at its speed."""
-        return self.at(self.s_m + by_s * self.speed_s_mps, self.d_m + by_s * self.speed_d_mps)
+        return self.moved_to(self.s_m + by_s * self.speed_s_mps, self.d_m + by_s * self.speed_d_mps)
 
-    def at(self, s_m: float, d_m: float) -> Track:
+    def moved_to(self, s_m: float, d_m: float) -> Track:
         """The same in another place: only that is checked anew."""
         there = object.__new__(Track)
         for name in Track.__slots__:

@@ -49,8 +49,9 @@ def park(
     """One parking plan, judged. `case` may be a shipped name or a path; then `vehicle` (a `Vehicle`, a shipped name or a path) may take the
     place of the case's own. `planner` is one of `PLANNERS`; a case without an answer gives a refusal, which is a value.
 
-    Raises `ParameterError` for an unknown planner, and for a vehicle beside a `ParkingCase`, which has its own; `InputError` for a case
-    file that is none, and for a car that does not fit into it.
+    Raises `ParameterError` for an unknown planner, for a vehicle beside a `ParkingCase`, which has its own, and for a case that takes
+    longer than anybody parks, or is farther to the side than a closed form reaches; `InputError` for a case file that is none, and for a
+    car that does not fit into it.
     """
     if not isinstance(planner, str) or planner not in PLANNERS:
         raise ParameterError("planner", planner, f"is unknown; {nearest(planner, PLANNERS)}")

@@ -268,7 +268,7 @@ def _beside(track: Track, was: Track | None, elapsed_s: float, host: HostState, 
     is_deep = is_in_line and depth[0] - _SIGMAS * along >= _OVERLAP_M
     ahead, aside = track.s_m - host.s_m, track.d_m - host.d_m
     if is_in_line and was is not None and _has_come_nearer(track, was, elapsed_s, host):
-        return track.at(track.s_m + math.copysign(depth[0] + _BESIDE_M, ahead), track.d_m)
+        return track.moved_to(track.s_m + math.copysign(depth[0] + _BESIDE_M, ahead), track.d_m)
     if aside != 0.0 and depth[1] / max(across, _LEAST_SD_M) <= depth[0] / max(along, _LEAST_SD_M):
         out, sideways = math.copysign(1.0, aside), track.speed_d_mps
         still = 0.0 if is_deep and sideways * out < 0.0 else sideways

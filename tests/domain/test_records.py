@@ -85,7 +85,7 @@ def test_an_error_of_a_track_names_the_track(wrong: dict[str, Any]) -> None:
 
 def test_a_track_elsewhere_is_the_same_but_for_its_place() -> None:
     track = Track(**{**TRACK, "heading_rad": 0.3, "kind": "lorry", "covariance": np.diag([1.0, 0.0, 0.2, 0.0]), "coasting": True})
-    assert track.at(7.0, -2.0) == replace(track, s_m=7.0, d_m=-2.0)
+    assert track.moved_to(7.0, -2.0) == replace(track, s_m=7.0, d_m=-2.0)
     assert track.later(0.5) == replace(track, s_m=track.s_m + 0.5 * track.speed_s_mps, d_m=track.d_m + 0.5 * track.speed_d_mps)
 
 
@@ -94,7 +94,7 @@ def test_a_track_elsewhere_is_the_same_but_for_its_place() -> None:
 )
 def test_a_track_is_not_moved_where_nothing_can_be(place: tuple[float, float], name: str) -> None:
     with pytest.raises(ParameterError, match=r"^track 'x7': ") as caught:
-        Track(**{**TRACK, "id": "x7"}).at(*place)
+        Track(**{**TRACK, "id": "x7"}).moved_to(*place)
     assert caught.value.name == name
 
 

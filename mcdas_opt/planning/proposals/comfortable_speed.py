@@ -138,7 +138,7 @@ def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
     if abs(track.speed_d_mps) < fastest or track.speed_d_mps * (track.d_m - centre_m) <= 0.0:
         return False
     settled_m = track.d_m + track.speed_d_mps * cycle.settings.prediction.lateral_fade_s
-    return not reaches_into_lane_at(centre_m, track.at(track.s_m, settled_m), cycle.situation.road)
+    return not reaches_into_lane_at(centre_m, track.moved_to(track.s_m, settled_m), cycle.situation.road)
 
 
 def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:

@@ -101,4 +101,4 @@ def _comes_in(track: Track, cycle: Cycle) -> bool:
     if body is None or track.s_m <= situation.host.s_m:
         return False
     there_m = float(body.at(cycle.settings.grid.times_s[-1:]).d_m[0])
-    return reaches_into_lane_at(cycle.lane_centre_m, track.at(track.s_m, there_m), situation.road)
+    return reaches_into_lane_at(cycle.lane_centre_m, track.moved_to(track.s_m, there_m), situation.road)
