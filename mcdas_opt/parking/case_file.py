@@ -104,9 +104,10 @@ def load_parking_case(name: str | Path, *, vehicle: str | Vehicle | None = None,
     """
     require_type_if_given("vehicle", vehicle, str, Vehicle)
     path = find("cases", str(name))
-    if path.suffix.lower() == ".csv":
-        return _sound(_tpcap(path, vehicle, clearance_m), path)
-    return parking_case_from_document(read_toml(path), path, vehicle=vehicle, clearance_m=clearance_m)
+    with blaming(path):
+        if path.suffix.lower() == ".csv":
+            return _sound(_tpcap(path, vehicle, clearance_m), path)
+        return parking_case_from_document(read_toml(path), path, vehicle=vehicle, clearance_m=clearance_m)
 
 
 def the_case(case: str | Path | ParkingCase, vehicle: str | Vehicle | None = None) -> ParkingCase:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,13 @@ CASE: dict[str, Any] = {"start": [6.0, 3.0, 0.0], "goal": [0.0, 0.0, 0.0]}
 def test_what_no_case_has_is_refused(wrong: dict[str, Any], name: str) -> None:
     with pytest.raises(mo.ParameterError, match=name):
         mo.ParkingCase(**{**CASE, **wrong})
+
+
+def test_a_file_that_says_so_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "far.csv"
+    file.write_text("0,0,0,5000,0,0,0\n")
+    with pytest.raises(mo.InputError, match=r"far\.csv: goal = 5000\.0.*must lie within 1000 m of the start"):
+        mo.load_parking_case(file)
 
 
 @pytest.mark.parametrize("planner", [planner for planner in PLANNERS if planner != "closed-form"])
