@@ -14,12 +14,14 @@ def main() -> None:
     """Entry point of `mcdas-opt` and of `python -m mcdas_opt`."""
     with _ended_by_interrupts():
         from mcdas_opt.cli.app import run
-    run()
+
+        run()
 
 
 @contextlib.contextmanager
 def _ended_by_interrupts() -> Iterator[None]:
-    """Ctrl-C ends the process here and now, with our line and 130: modules that are being loaded may turn an exception into another one.
+    """Ctrl-C ends the process here and now, with our line and 130, until a command is told of it: modules that are being loaded may turn
+    an exception into another one.
 
     Only in the main thread, and where the handler is Python's own.
     """
@@ -27,7 +29,7 @@ def _ended_by_interrupts() -> Iterator[None]:
         yield
         return
     with contextlib.suppress(ValueError):  # not the main thread
-        signal.signal(signal.SIGINT, _end)
+        signal.signal(signal.SIGINT, end_here)
     try:
         yield
     finally:
@@ -35,6 +37,7 @@ def _ended_by_interrupts() -> Iterator[None]:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _end(number: int, frame: object) -> None:
+def end_here(number: int, frame: object) -> None:
+    """Handles the signal before there is a command, and after it."""
     os.write(2, _LOST.encode())
     os._exit(130)

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
+from mcdas_opt.cli import end_here
 from mcdas_opt.cli.log import complain
 
 INTERRUPTED = 128 + signal.SIGINT
@@ -45,22 +46,23 @@ class Stopped:
 def interrupted_between_imports() -> Iterator[None]:
     """Ctrl-C while a command loads a module is raised once it is loaded: modules of others may swallow what is raised in them.
 
-    Only in the main thread of a POSIX system, and where the handler is Python's own.
+    Only in the main thread of a POSIX system, and where the handler is Python's own, or the one before a command.
     """
+    handler = signal.getsignal(signal.SIGINT)
     if (
         sys.platform == "win32"
         or threading.current_thread() is not threading.main_thread()
-        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+        or handler not in (signal.default_int_handler, end_here)
     ):
         yield
         return
-    before = signal.signal(signal.SIGALRM, _pressed)
+    before = signal.signal(signal.SIGALRM, _again)
     signal.signal(signal.SIGINT, _pressed)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, handler)
         signal.signal(signal.SIGALRM, before)
 
 
@@ -69,6 +71,10 @@ def _pressed(number: int, frame: FrameType | None) -> None:
         signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
     else:
         raise KeyboardInterrupt
+
+
+def _again(number: int, frame: FrameType | None) -> None:
+    signal.raise_signal(signal.SIGINT)  # which may be held now
 
 
 def _loads(frame: FrameType | None) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from ctypes import addressof, c_char
 from functools import cache
 from typing import Any
@@ -86,10 +86,20 @@ ARGUMENTS: dict[str, Any] = {
 }
 
 
-def raise_if_interrupted(error: Exception) -> None:
-    """Whatever is raised while an argument is taken, Ctrl-C too, leaves ctypes as an `ArgumentError` that only names it."""
-    if isinstance(error, ctypes.ArgumentError) and KeyboardInterrupt.__name__ in str(error):
-        raise KeyboardInterrupt from None
+def interruptible(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function of C, out of which Ctrl-C comes as itself: whatever is raised while an argument is taken leaves ctypes as an
+    `ArgumentError` that only names it.
+    """
+
+    def call(*arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except ctypes.ArgumentError as error:
+            if KeyboardInterrupt.__name__ in str(error):
+                raise KeyboardInterrupt from None
+            raise
+
+    return call
 
 
 @cache

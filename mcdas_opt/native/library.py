@@ -6,7 +6,7 @@ import ctypes
 from os import environ
 from pathlib import Path
 
-from mcdas_opt.native.binding import ARGUMENTS
+from mcdas_opt.native.binding import ARGUMENTS, interruptible
 from mcdas_opt.native.build import LIBRARY, digest
 from mcdas_opt.native.form import SWITCH, wanted, warn_interpreted
 
@@ -105,7 +105,7 @@ def load(*, portable: bool = False) -> ctypes.CDLL:
             given, _, returned = signature.partition(">")
             function = next(found[name + level] for level in levels if hasattr(found, name + level))
             function.argtypes, function.restype = [ARGUMENTS[letter] for letter in given], ARGUMENTS.get(returned)
-            setattr(found, name, function)
+            setattr(found, name, interruptible(function))
     except (OSError, AttributeError, StopIteration) as error:
         raise NoLibraryError(f"{LIBRARY} cannot be used: {error}") from None
     return found

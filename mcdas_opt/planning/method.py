@@ -16,7 +16,6 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultError, PlannerFaultWarning
-from mcdas_opt.native.binding import raise_if_interrupted
 from mcdas_opt.planning.candidates.collision_check import judged
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
@@ -103,7 +102,6 @@ class AskedMethod:
         try:
             answer = self._answer(cycle)
         except Exception as error:
-            raise_if_interrupted(error)
             if isinstance(error, McdasError) and (self._of_cycles is not None or not self.has_ladder):
                 raise
             said = f"{type(error).__name__}: {error}"

@@ -21,7 +21,6 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.errors import ParameterError, PlannerFaultWarning
-from mcdas_opt.native.binding import raise_if_interrupted
 from mcdas_opt.native.library import Held, library
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
@@ -195,7 +194,6 @@ class Planner:
         try:
             return Cycle.of(situation, self.vehicle, self.settings, self.memory, deadline)
         except Exception as error:
-            raise_if_interrupted(error)
             if self.memory.is_empty:
                 raise
             warnings.warn(f"what was remembered is forgotten: {type(error).__name__}: {error}", PlannerFaultWarning, stacklevel=2)

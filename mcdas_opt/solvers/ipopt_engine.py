@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 from mcdas_opt.solvers.linearisation import Linearisation
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
@@ -56,6 +57,7 @@ class IpoptEngine:
         self._lower = np.concatenate([-free, np.tile(problem.x_lower, nodes), np.tile(problem.u_lower, nodes), np.zeros(ns * nodes)])
         self._upper = np.concatenate([free, np.tile(problem.x_upper, nodes), np.tile(problem.u_upper, nodes), np.full(ns * nodes, np.inf)])
 
+    @held_interrupts()
     def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int = 300) -> Outcome:
         """As `OsqpEngine.solve`; `iterations` caps IPOPT's own."""
         nodes, problem = self.nodes, self.problem

@@ -16,6 +16,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import Array, positive, require_every
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 from mcdas_opt.solvers.linearisation import Linearisation, Linearised
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
@@ -48,6 +49,7 @@ class OsqpEngine:
         self._pattern = _Pattern(problem, nodes)
         self._solver: Any = None
 
+    @held_interrupts()
     def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int) -> Outcome:
         """At most `iterations` SQP steps from `guess`, for the measured x0 (nx,), parameters p (N + 1, np), step lengths (N,)."""
         pattern = self._pattern

@@ -99,10 +99,54 @@ main()
 DROPPED_IN_A_COMMAND = DROPPED_WHILE_LOADING.replace("mcdas_opt.cli.plan", "mcdas_opt.simulation.loop").replace(
     "import main\n", "import main\nsys.argv[1:] = ['simulate', 'benign-following', '--planner', 'closed-form', '--json']\n"
 )
+WHILE_C_TAKES_AN_ARRAY = """
+import signal, sys
+from mcdas_opt.native import binding
+
+def pressed(array):  # while radar detections are handed over
+    if "radar_fixes" in (sys._getframe(2).f_code.co_name, sys._getframe(3).f_code.co_name):
+        signal.raise_signal(signal.SIGINT)
+    return as_before(array)
+
+as_before, binding._in_place = binding._in_place, pressed
+from mcdas_opt.cli import main
+sys.argv[1:] = ["simulate", "benign-following", "--planner", "closed-form", "--json"]
+main()
+"""
+BEFORE_THE_COMMAND = """
+import signal
+import mcdas_opt.cli.app as commands
+
+commands.prepare_streams = lambda: signal.raise_signal(signal.SIGINT)
+from mcdas_opt.cli import main
+main()
+"""
+HELD_AFTER_LOADING = DROPPED_WHILE_LOADING.replace("mcdas_opt.cli.plan", "colorsys").replace(
+    "from mcdas_opt.cli import main\n",
+    """
+import time
+import mcdas_opt.cli.app as commands
+from mcdas_opt.cli import main
+from mcdas_opt.solvers.held_interrupts import held_interrupts
+
+def solved(**ignored):
+    import colorsys
+
+    with held_interrupts():
+        try:
+            time.sleep(0.3)
+        except KeyboardInterrupt:  # as CasADi clears it
+            pass
+
+commands.app = solved
+""",
+)
+BEFORE = [DROPPED_WHILE_LOADING, BEFORE_THE_COMMAND]
+INSIDE = [DROPPED_IN_A_COMMAND, INSIDE_A_TEXT, WHILE_C_TAKES_AN_ARRAY, HELD_AFTER_LOADING]
 
 
-@pytest.mark.parametrize("program", [DROPPED_WHILE_LOADING, DROPPED_IN_A_COMMAND, INSIDE_A_TEXT])
-def test_an_interrupt_while_modules_are_loaded_is_one_line_too(program: str) -> None:
+@pytest.mark.parametrize("program", BEFORE + INSIDE)
+def test_an_interrupt_that_is_easily_lost_is_one_line_too(program: str) -> None:
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=_PATIENCE_S)
     assert (ended.returncode, ended.stdout) == (130, "")
     assert ended.stderr == "mcdas-opt: interrupted; what was not yet written is lost\n"
