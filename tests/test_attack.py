@@ -29,7 +29,7 @@ QUICK = {
 
 
 def test_every_attack_is_quick_somewhere() -> None:
-    assert set(QUICK) | {"commands", "studio", "deadlines"} == set(ATTACKS)
+    assert set(QUICK) | {"commands", "interrupts", "studio", "deadlines"} == set(ATTACKS)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="operating system: kills as POSIX has them")

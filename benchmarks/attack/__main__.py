@@ -16,6 +16,7 @@
 | journals | journals cut off and damaged, their log too |
 | kills | processes that write a journal, killed |
 | commands | every command with wrong words, streams, locales and limits |
+| interrupts | commands that are interrupted, terminated or hung up at any moment |
 | studio | sessions of one server: slow ones, ones that leave in mid-solve, hostile files and wishes |
 | clocks | a drive by two clocks, from 0 and from Unix time: the same decisions? 24 h |
 | deadlines | plans that are due in 5 to 50 ms, beside two busy processes |
@@ -48,6 +49,7 @@ from benchmarks.attack import (
     crowds,
     deadlines,
     files,
+    interrupts,
     journals,
     kills,
     live,
@@ -78,6 +80,7 @@ ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int]
     "journals": (journals.attack, (50, 1_000, 10_000), 1_000),
     "kills": (kills.attack, (2, 50, 1_000), 50),
     "commands": (commands.attack, (4, 60, 1_000), 20),
+    "interrupts": (interrupts.attack, (9, 100, 1_000), 100),
     "studio": (studio.attack, (4, 20, 200), 200),
     "clocks": (clocks.attack, (50, 1_000, 864_000), 36_000),
     "deadlines": (deadlines.attack, (40, 400, 100_000), 4_000),
