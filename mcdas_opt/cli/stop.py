@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
-from mcdas_opt.cli import end_here
+from mcdas_opt.cli.ending import end_here
 from mcdas_opt.cli.log import complain
 
 INTERRUPTED = 128 + signal.SIGINT
