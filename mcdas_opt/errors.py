@@ -49,6 +49,9 @@ class SharedPlannerError(McdasError, RuntimeError):
     def __init__(self) -> None:
         super().__init__("a planner remembers what it did and belongs to one thread: another thread is in it; build a Planner for each")
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), ()
+
 
 class PlannerFaultError(McdasError, RuntimeError):
     """A method without a fallback ladder raised what it must not: names the planner, the time and what it raised."""
@@ -138,12 +141,22 @@ def printable(text: str) -> str:
     return text if text.isprintable() else "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
 
 
+def told(error: Exception) -> str:
+    """An error's kind and what it says, if it says anything."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception:
+        return type(error).__name__
+
+
 def _shown(value: object) -> str:
     """The value as Python writes it, cut off where it is long; Python refuses to write an integer of thousands of digits."""
     try:
         text = repr(value)
     except ValueError:
         return f"{type(value).__name__} too large to be written"
+    except Exception:  # of somebody else's class, or nested without end
+        return f"a {type(value).__name__} that cannot be written"
     return text if len(text) <= _LONGEST_SHOWN else f"{text[: _LONGEST_SHOWN - 3]}..."
 
 

@@ -11,9 +11,10 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from mcdas_opt.domain.parsing import LARGEST_JSON, LARGEST_TOML, parsed_json, parsed_toml
-from mcdas_opt.errors import InputError, check_file_name, degrees_perhaps, nearest
+from mcdas_opt.errors import InputError, check_file_name, degrees_perhaps, nearest, reading
 
-LARGEST_TEXT = 200_000_000  # characters of a recording
+LARGEST_TEXT = 200_000_000  # characters
+LARGEST_RECORDING = 500_000_000  # bytes: an hour of two radars takes two thirds
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -71,6 +72,15 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
     if len(text) > largest:
         raise InputError(path, "", None, f"must be at most {largest} characters long")
     return text
+
+
+def read_bytes(path: Path, largest: int = LARGEST_RECORDING) -> bytes:
+    """A file of at most `largest` bytes; of a larger one no more than that is read. Raises `InputError` that names it."""
+    with reading(path), path.open("rb") as file:
+        content = file.read(largest + 1)
+    if len(content) > largest:
+        raise InputError(path, "", None, f"must be at most {largest} bytes long")
+    return content
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -89,6 +89,8 @@ def run() -> None:
         complain(str(error))
         sys.exit(_MISTAKE)
     os.environ.pop("MPLBACKEND", None)  # no command shows a figure, and a name that is none keeps matplotlib from being loaded
+    if not os.environ.get("COLUMNS", "1").strip("0"):
+        del os.environ["COLUMNS"]  # on a screen without columns nothing is printed
     if lacking := lacking_at_start():
         complain(f"the machine has too little left: {lacking}")
         sys.exit(_FAULT)

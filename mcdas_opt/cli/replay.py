@@ -9,7 +9,7 @@ import typer
 
 from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.progress import progress_bar
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, check_spared, console, emit, facts_table, headed_table, number
 from mcdas_opt.cli.streams import said_before_it_is_written
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ def replay(
         options.unread(context, ("planner",), "--no-plan")
     if out is not None:
         check_picture(out, *(SUFFIXES if truth is None else (".png",)))
+    check_spared(out, log, rear, host, truth, dbc, road)
     scene = None
     if road is not None:
         from mcdas_opt.catalogue.scenes import load_scene

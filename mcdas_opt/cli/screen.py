@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ import typer
 
 from mcdas_opt.cli import completion
 from mcdas_opt.cli.streams import said_before_it_is_written
+from mcdas_opt.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,6 +56,13 @@ def check_picture(out: Path | None, *suffixes: str) -> None:
         from mcdas_opt.plotting import export
 
         export.check_picture(out, suffixes or export.MOVING)
+
+
+def check_spared(out: Path | None, *read: str | Path | None) -> None:
+    """Refuses to write over what is read."""
+    for one in read:
+        if out is not None and one is not None and os.path.exists(one) and out.exists() and out.samefile(one):
+            raise InputError("--out", "", str(out), "would be written over, and is read")
 
 
 def give(answer: Result, show: Callable[[], None], out: Path | None, *, as_json: bool) -> None:

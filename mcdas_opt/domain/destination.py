@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import FARTHEST_M, angle, finite
+from mcdas_opt.domain.rules import FARTHEST_M, angle, finite, integer, within
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 
+_OUTERMOST_LANE = 1000
 _EVER = (-math.inf, math.inf)
 
 
@@ -34,8 +35,9 @@ class Destination:
     def __post_init__(self) -> None:
         if self.s_m is None and self.lane is None and self.time_s is None:
             raise ParameterError("destination", None, "must say where or when: s_m, lane or time_s")
-        if self.lane is not None and (isinstance(self.lane, bool) or not isinstance(self.lane, int)):
-            raise ParameterError("lane", self.lane, "must be a whole number")
+        if self.lane is not None:
+            object.__setattr__(self, "lane", integer("lane", self.lane))
+            within("lane", self.lane, -_OUTERMOST_LANE, _OUTERMOST_LANE)
         windows = (self.s_m, "m"), (self.time_s, "s"), (self.d_m, "m"), (self.speed_mps, "m/s"), (self.heading_rad, "rad")
         for name, (given, unit) in zip(("s_m", "time_s", "d_m", "speed_mps", "heading_rad"), windows, strict=True):
             if given is None:

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from mcdas_opt.domain.rules import is_text
 from mcdas_opt.errors import InputError
 
 LARGEST_TOML, LARGEST_JSON = 1_000_000, 50_000_000  # characters
@@ -97,9 +98,11 @@ def _fitting(document: object, file: object) -> None:
     while left:
         part = left.pop()
         if isinstance(part, dict):
-            left.extend(part.values())
+            left.extend((*part, *part.values()))
         elif isinstance(part, list):
             left.extend(part)
+        elif isinstance(part, str) and not is_text(part):
+            raise InputError(file, "", part, "is no text: it holds half of a surrogate pair")
         elif isinstance(part, int) and _is_too_large(part):
             rule = f"is too large: an integer of {part.bit_length()} bits, of at most {_INTEGER_BITS} with the sign"
             raise InputError(file, _key_of_too_large(document).lstrip("."), None, rule)

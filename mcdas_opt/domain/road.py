@@ -184,8 +184,7 @@ class Road:
     def lane_of(self, d_m: float, s_m: float) -> int:
         """Index of the lane that holds d at s: 0 the host's first lane, positive to the left; clipped to the lanes there are."""
         if self.borders is None:
-            lane = math.floor(d_m / self.lane_width_m + 0.5)
-            return min(max(lane, -self.lanes_right), self.lanes_left)
+            return math.floor(min(max(d_m / self.lane_width_m + 0.5, -self.lanes_right), self.lanes_left))
         borders = self.borders.at(s_m)
         beside = {lane.lane + self.lanes_right for lane in self.lanes if lane.shoulder}
         there = [k for k in range(len(borders) - 1) if borders[k + 1] - borders[k] > _NOTHING_M and k not in beside]

@@ -79,7 +79,7 @@ def finite(name: str, value: float, unit: str = "") -> float:
     """`value` as a float; it must be a finite number."""
     if type(value) is float and math.isfinite(value):
         return value
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
+    if not _is_number(value):
         raise ParameterError(name, value, "must be a number", unit)
     try:
         real = float(value)
@@ -91,10 +91,25 @@ def finite(name: str, value: float, unit: str = "") -> float:
 
 
 def require_numbers(record: object, names: tuple[str, ...]) -> None:
-    """Every named field (two or more) of a record is a number; it may be infinite, or none."""
+    """Every named field (two or more) of a record is a number; it may be infinite, as an integer of hundreds of digits is, or none."""
     for name, value in zip(names, _reader(names)(record), strict=True):
-        if type(value) is not float and (isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer))):
-            raise ParameterError(name, value, "must be a number", unit_of(name))
+        if type(value) is not float:
+            if not _is_number(value):
+                raise ParameterError(name, value, "must be a number", unit_of(name))
+            try:
+                float(value)
+            except OverflowError:
+                object.__setattr__(record, name, math.inf if value > 0 else -math.inf)
+
+
+def _is_number(value: object) -> bool:
+    """A truth value is none, nor is a stretch of time, which numpy takes for a whole number."""
+    return isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, (bool, np.timedelta64))
+
+
+def is_text(text: str) -> bool:
+    """Whether it can be written and drawn."""
+    return text.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 def require_type(name: str, value: object, *kinds: type) -> None:
@@ -145,7 +160,7 @@ def all_finite(values: Array) -> bool:
 
 
 def integer(name: str, value: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+    if not _is_number(value) or isinstance(value, (float, np.floating)):
         raise ParameterError(name, value, "must be a whole number")
     return int(value)
 

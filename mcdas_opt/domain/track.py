@@ -17,6 +17,7 @@ from mcdas_opt.domain.rules import (
     angle,
     as_floats,
     covariance,
+    is_text,
     non_negative,
     positive,
     require_type,
@@ -96,6 +97,8 @@ class Track:
 
     def __post_init__(self) -> None:
         require_type("id", self.id, str)
+        if not is_text(self.id):
+            raise ParameterError("id", self.id, "must be text: it holds half of a surrogate pair")
         self._or_by_name(self._checked)
 
     def _or_by_name(self, check: Callable[[], None]) -> None:

@@ -5,21 +5,23 @@ The radar's azimuth is clockwise positive, ISO 8855's is not: the sign turns her
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.catalogue.data_files import models_folder, read_bytes
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.errors import InputError, ParameterError, of_extra, reading
+from mcdas_opt.errors import InputError, ParameterError, of_extra
 
 FIRST_TRACK, TRACKS, STATUS_1, STATUS_2 = 0x500, 64, 0x4E0, 0x4E1
 _STATUS, _RANGE, ANGLE = "CAN_TX_TRACK_STATUS", "CAN_TX_TRACK_RANGE", "CAN_TX_TRACK_ANGLE"
 RANGE_RATE, _WIDTH = "CAN_TX_TRACK_RANGE_RATE", "CAN_TX_TRACK_WIDTH"
 _SIGNALS = (_STATUS, _RANGE, ANGLE, RANGE_RATE, _WIDTH)
 _SPEED, _INDEX = "CAN_TX_VEHICLE_SPEED_CALC", "CAN_TX_SCAN_INDEX"
+LARGEST_DBC = 20_000_000  # bytes
 _ERRORS = ("CAN_TX_INTERNAL_ERROR", "CAN_TX_RANGE_PERF_ERROR", "CAN_TX_OVERHEAT_ERROR")
 
 
@@ -163,8 +165,9 @@ class EsrCodec:
 def _load(path: Path) -> Any:
     with of_extra("cantools", "can"):
         import cantools
+    content = io.BytesIO(read_bytes(path, LARGEST_DBC))
     try:
-        with reading(path):
-            return cantools.database.load_file(str(path), database_format="dbc").messages
+        text = io.TextIOWrapper(content, encoding="cp1252").read()  # as cantools decodes it
+        return cantools.database.load_string(text, database_format="dbc").messages
     except (cantools.Error, UnicodeDecodeError, ValueError) as error:
         raise InputError(path, "", None, f"is no DBC: {str(error).splitlines()[0]}") from None

@@ -57,13 +57,15 @@ class NoLibraryError(Exception):
 
 
 class Held:
-    """`with Held():` the form that the environment asks for now stays: to ask anew at each call took a twentieth of a cycle."""
+    """`with Held():` the form that the environment asks for now stays: to ask anew at each call took a twentieth of a cycle. What was held
+    inside ends with it, though an interrupt had kept that from ending."""
 
     def __enter__(self) -> None:
+        self._before = len(_held)
         _held.append(library())
 
     def __exit__(self, *raised: object) -> None:
-        _held.pop()
+        del _held[self._before :]
 
 
 def library() -> ctypes.CDLL | None:

@@ -15,7 +15,7 @@ from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultError, PlannerFaultWarning
+from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultError, PlannerFaultWarning, told
 from mcdas_opt.planning.candidates.collision_check import judged
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
@@ -93,8 +93,12 @@ class AskedMethod:
 
     @property
     def solver(self) -> str:
-        """Which engine it runs, and in which form; empty of a method that has none."""
-        return self.method.solver if isinstance(self.method, SolvingMethod) else ""
+        """Which engine it runs, and in which form; empty of a method that has none, or cannot say."""
+        try:
+            solver = self.method.solver if isinstance(self.method, SolvingMethod) else ""
+        except Exception:  # a property of somebody else's
+            return ""
+        return solver if isinstance(solver, str) else ""
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """What it answers to this cycle. An exception is no answer, and told in a `PlannerFaultWarning`; of a method without a ladder in
@@ -104,7 +108,7 @@ class AskedMethod:
         except Exception as error:
             if isinstance(error, McdasError) and (self._of_cycles is not None or not self.has_ladder):
                 raise
-            said = f"{type(error).__name__}: {error}"
+            said = told(error)
             if not self.has_ladder:
                 raise PlannerFaultError(self.name, cycle.given.time_s, said) from error
             fault = f"{self.name} failed: {said}"

@@ -10,10 +10,13 @@ from mcdas_opt.errors import SharedPlannerError
 
 
 class OneThread:
-    """Threads that are inside, the first of which may stay. A list and no lock: appending is one step, and it can be copied."""
+    """Threads that are inside, the first of which may stay. Nobody is inside a copy."""
 
     def __init__(self) -> None:
         self._inside: list[int] = []
+
+    def __reduce__(self) -> tuple[type, tuple[()]]:
+        return type(self), ()
 
     @contextmanager
     def inside(self) -> Iterator[None]:

@@ -20,7 +20,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Side
-from mcdas_opt.errors import ParameterError, PlannerFaultWarning
+from mcdas_opt.errors import ParameterError, PlannerFaultWarning, told
 from mcdas_opt.native.library import Held, library
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
@@ -196,7 +196,7 @@ class Planner:
         except Exception as error:
             if self.memory.is_empty:
                 raise
-            warnings.warn(f"what was remembered is forgotten: {type(error).__name__}: {error}", PlannerFaultWarning, stacklevel=2)
+            warnings.warn(f"what was remembered is forgotten: {told(error)}", PlannerFaultWarning, stacklevel=2)
             return Cycle.of(situation, self.vehicle, self.settings, Memory(), deadline)
 
     def _carried(self, plan: Plan) -> object:

@@ -109,10 +109,12 @@ def draw_figure_11() -> Figure:
             axes.plot(s, bent.d(s), color=style.CORRECTED, label=f"corrected, {_SLOW_KMH:g} km/h" if label else None)
             x, y = 17.0, float(literal.d(17.0))
             axes.plot([0.0, x], [0.0, y], color=style.BLACK, lw=0.8, ls=":")
-            axes.annotate(r"$\rho$", (0.3 * x, 0.3 * y), xytext=(0, 9 if label else -17), textcoords="offset points", fontsize=11)
+            axes.annotate(
+                r"$\rho$", (0.3 * x, 0.3 * y), xytext=(0, 9 if label else -17), textcoords="offset points", fontsize=11, parse_math=True
+            )
             bearing = np.linspace(np.arctan2(y, x), 0.5 * np.pi * np.sign(y), 40)
             axes.plot(4.2 * np.cos(bearing), 4.2 * np.sin(bearing), color=style.BLACK, lw=0.8)
-            axes.annotate(r"$\psi_t$", (2.2, 2.6 * np.sign(y)), fontsize=11, ha="center", va="center")
+            axes.annotate(r"$\psi_t$", (2.2, 2.6 * np.sign(y)), fontsize=11, ha="center", va="center", parse_math=True)
             name = "-y (LSD)" if label else "y (RSD)"
             axes.annotate("", (x, y), xytext=(x, 0.0), arrowprops={"arrowstyle": "<->", "lw": 0.8})
             axes.annotate(name, (x, 0.5 * y), xytext=(4, 0), textcoords="offset points", va="center")

@@ -29,6 +29,7 @@ ASPHALT, MARKING, EDGE = "#e9e9ec", "#ffffff", "#55555a"
 RC: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
+    "text.parse_math": False,  # names are data
     "axes.titlesize": 10.0,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from mcdas_opt.domain.rules import Array, all_finite
+from mcdas_opt.errors import told
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 
@@ -55,7 +56,7 @@ def ask(engine: Engine, x0: Array, p: Array, steps_s: Array, guess: StageGuess, 
         outcome = engine.solve(x0, p, steps_s, guess, iterations)
         shapes = outcome.x.shape, outcome.u.shape, outcome.s.shape
     except Exception as error:  # an engine is foreign code: what it throws must not leave the cycle without an answer
-        return _failed(guess, f"{type(error).__name__}: {error}")
+        return _failed(guess, told(error))
     if shapes != (guess.x.shape, guess.u.shape, guess.s.shape):
         return _failed(guess, f"the solution has shapes {shapes[0]}, {shapes[1]}, {shapes[2]}")
     return outcome

@@ -12,7 +12,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from mcdas_opt.errors import InputError, of_extra, reading
+from mcdas_opt.catalogue.data_files import read_bytes
+from mcdas_opt.errors import InputError, of_extra
 from mcdas_opt.interop.recordings.recording import CanLog, Frame, Table, Tally, no_such_channel
 
 _SOUND = re.compile(
@@ -27,8 +28,7 @@ def read_candump(path: str | Path) -> CanLog:
 
     Raises `InputError` where the file cannot be read or holds no line of the format, `MissingExtraError` without python-can.
     """
-    with reading(path):
-        text = Path(path).read_bytes().decode("utf-8", errors="replace")
+    text = read_bytes(Path(path)).decode("utf-8", errors="replace")
     bad, numbers, sound = Tally(), [], []
     for number, line in enumerate(text.split("\n"), start=1):
         entry = line.strip()

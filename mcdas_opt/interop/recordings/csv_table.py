@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import csv
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from mcdas_opt.catalogue.data_files import read_bytes
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.errors import InputError, reading
+from mcdas_opt.errors import InputError
 from mcdas_opt.interop.recordings.recording import Row, Tally, position
 
 
@@ -30,8 +32,7 @@ class CsvTable:
 
     def __post_init__(self) -> None:
         require_types(self)
-        with reading(self.path):
-            text = Path(self.path).read_bytes().decode("utf-8-sig", errors="replace")
+        text = read_bytes(Path(self.path)).decode("utf-8-sig", errors="replace")
         try:
             reader = csv.reader(text.splitlines(), skipinitialspace=True)
             lines = [(reader.line_num, tuple(cell.strip() for cell in cells)) for cells in reader if any(cells)]
@@ -40,7 +41,7 @@ class CsvTable:
         if len(lines) < 2:
             raise InputError(self.path, "", None, "must be a CSV table with a header line and rows")
         self.header = lines[0][1]
-        twice = next((name for name in self.header if self.header.count(name) > 1), None)
+        twice = next((name for name, count in Counter(self.header).items() if count > 1), None)
         if twice is not None:
             raise InputError(self.path, "line 1", twice, "two columns of this name")
         self._lines = tuple(lines[1:])

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 Decoder = Callable[[bytes], Document]
 
 
+LARGEST_CHUNK = 100_000_000  # bytes; writers make chunks of some megabytes
+
+
 class McapRecording(MessageRecording):
     """An MCAP file. Topics in other encodings than JSON and ROS 2's (`cdr` with `ros2msg`) are passed over.
 
@@ -35,6 +38,9 @@ class McapRecording(MessageRecording):
             summary = make_reader(file).get_summary()
         if summary is None:
             raise InputError(path, "", None, "is cut short: it has no summary at its end (`mcap recover` mends that)")
+        unpacked = max((chunk.uncompressed_size for chunk in summary.chunk_indexes), default=0)
+        if unpacked > LARGEST_CHUNK:
+            raise InputError(path, "chunk", unpacked, f"must be at most {LARGEST_CHUNK} bytes, unpacked")
         self._types: dict[str, str] = {}
         self._decoders: dict[str, Decoder] = {}
         ros: dict[str, tuple[str, str]] = {}

@@ -137,7 +137,7 @@ def flattened(document: Document) -> tuple[dict[str, float], dict[str, list[dict
     lists: dict[str, list[dict[str, float]]] = {}
     for key, value in document.items():
         if isinstance(value, bool | int | float):
-            numbers[key] = float(value)
+            numbers[key] = _as_float(value)
         elif isinstance(value, Mapping):
             inner, more = flattened(value)
             numbers |= {f"{key}.{name}": number for name, number in inner.items()}
@@ -145,6 +145,14 @@ def flattened(document: Document) -> tuple[dict[str, float], dict[str, list[dict
         elif isinstance(value, list | tuple) and all(isinstance(part, Mapping) for part in value):
             lists[key] = [flattened(part)[0] for part in value]
     return numbers, lists
+
+
+def _as_float(value: float) -> float:
+    """An integer of hundreds of digits, as JSON may hold it, is infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def time_of(document: Document, recorded_ns: int) -> float:

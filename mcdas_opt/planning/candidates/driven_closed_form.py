@@ -11,7 +11,7 @@ from typing import NamedTuple
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode
-from mcdas_opt.errors import PlannerFaultWarning
+from mcdas_opt.errors import PlannerFaultWarning, told
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
 from mcdas_opt.planning.candidates.collision_check import verdicts
 from mcdas_opt.planning.candidates.cost import CostWeights, trajectory_cost
@@ -95,7 +95,7 @@ def _costed(checked: Checked, cycle: Cycle) -> Costed:
     try:
         cost = _cost(checked, cycle)
     except Exception as error:
-        fault = f"the cost of {checked.proposed.name} failed: {type(error).__name__}: {error}"
+        fault = f"the cost of {checked.proposed.name} failed: {told(error)}"
         warnings.warn(fault, PlannerFaultWarning, stacklevel=2)
         cost = math.nan
     return Costed(checked=checked, cost=cost if math.isfinite(cost) else None)

@@ -11,7 +11,7 @@ import numpy as np
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import Array, require_type, within
 from mcdas_opt.domain.vocabulary import Mode, Side
-from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultWarning
+from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultWarning, told
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.reference.offset_path import OffsetPath
@@ -41,7 +41,7 @@ def _proposals(function: Callable[[Cycle], Iterable[Proposed]], path: OffsetPath
             require_type(f"the name of a proposal of {name}", proposed.name, str)
         return proposals
     except Exception as error:
-        fault = f"{name} failed: {type(error).__name__}: {error}"
+        fault = f"{name} failed: {told(error)}"
         warnings.warn(fault, PlannerFaultWarning, stacklevel=2)
         return (Proposed(name=name, mode=Mode.HOLD, side=Side.NONE, path=path, speed_mps=0.0, refusal=fault),)
 
