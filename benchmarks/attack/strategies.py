@@ -29,7 +29,8 @@ NOT_FINITE = (math.nan, math.inf, -math.inf)
 floats = st.one_of(st.sampled_from(EXTREMES + NOT_FINITE), st.floats(), st.floats(-100.0, 100.0))
 _scalars = st.one_of(
     floats, st.none(), st.booleans(), st.integers(), st.text(max_size=20), st.binary(max_size=20), st.complex_numbers(),
-    st.sampled_from([10**400, -(10**400), 2**63, object, len, np.float64(3.0), np.array([1.0, 2.0]), np.array(["a"]), np.zeros((4, 4))]),
+    st.sampled_from([10**400, -(10**400), 2**63, object, len, np.float64(3.0), np.timedelta64(5, "s")]),
+    st.sampled_from([np.array([1.0, 2.0]), np.array(["a"]), np.zeros((4, 4))]),
 )  # fmt: skip
 anything = st.recursive(
     _scalars,
@@ -234,17 +235,20 @@ _STEPS_S = st.one_of(
 _LAGS_S = st.one_of(st.just(0.0), st.floats(0.0, 0.3), st.sampled_from((1.0, 3600.0, -1.0, -3600.0, math.nan, math.inf, 1e300)))
 
 
+_told = st.one_of(floats, floats, st.sampled_from((10**400, -(10**400), 3, np.float32(3.0), np.int8(-7))))  # by a sensor
+
+
 @st.composite
 def _bodies(draw: st.DrawFn) -> tuple[BodyDetection, ...]:
     return tuple(
         BodyDetection(
             name=str(draw(st.integers(0, 3))),
-            s_m=draw(st.one_of(st.floats(-100.0, 200.0), floats)),
-            d_m=draw(st.one_of(st.floats(-8.0, 8.0), floats)),
-            speed_s_mps=draw(st.one_of(st.floats(0.0, 40.0), floats)),
-            speed_d_mps=draw(st.one_of(st.just(0.0), floats)),
-            length_m=draw(st.one_of(st.just(4.5), floats)),
-            width_m=draw(st.one_of(st.just(1.8), floats)),
+            s_m=draw(st.one_of(st.floats(-100.0, 200.0), _told)),
+            d_m=draw(st.one_of(st.floats(-8.0, 8.0), _told)),
+            speed_s_mps=draw(st.one_of(st.floats(0.0, 40.0), _told)),
+            speed_d_mps=draw(st.one_of(st.just(0.0), _told)),
+            length_m=draw(st.one_of(st.just(4.5), _told)),
+            width_m=draw(st.one_of(st.just(1.8), _told)),
         )
         for _ in range(draw(st.integers(0, 4)))
     )
@@ -257,15 +261,15 @@ def _scans(draw: st.DrawFn, now_s: float) -> tuple[Scan, ...]:
         sector = draw(st.sampled_from(Sector))
         detections = tuple(
             RadarDetection(
-                range_m=draw(st.one_of(st.floats(0.5, 170.0), floats)),
-                azimuth_rad=draw(st.one_of(st.floats(-0.8, 0.8), floats)),
-                range_rate_mps=draw(st.one_of(st.floats(-60.0, 20.0), floats)),
-                range_sd_m=draw(st.one_of(st.just(0.25), floats)),
+                range_m=draw(st.one_of(st.floats(0.5, 170.0), _told)),
+                azimuth_rad=draw(st.one_of(st.floats(-0.8, 0.8), _told)),
+                range_rate_mps=draw(st.one_of(st.floats(-60.0, 20.0), _told)),
+                range_sd_m=draw(st.one_of(st.just(0.25), _told)),
             )
             for _ in range(draw(st.integers(0, 6)))
         )
         yaw_rad = math.pi if sector is Sector.REAR else 0.0
-        mounting = Mounting(x_m=draw(st.one_of(st.just(2.0), floats)), yaw_rad=yaw_rad)
+        mounting = Mounting(x_m=draw(st.one_of(st.just(2.0), _told)), yaw_rad=yaw_rad)
         t_s, working = now_s - draw(_LAGS_S), draw(st.integers(0, 9)) > 0
         blind = draw(st.sampled_from((None, Beam(name="blind", range_max_m=4.0, half_angle_rad=0.8))))
         bodies = draw(_bodies()) if draw(st.integers(0, 3)) == 0 else ()
