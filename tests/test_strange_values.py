@@ -173,31 +173,27 @@ def test_of_a_recording_that_is_too_large_no_more_is_read(tmp_path: Path, monkey
             read(file)
 
 
-def test_what_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+def recorded(file: Path, data: bytes) -> Path:
+    """An MCAP file of one message, in one chunk."""
     writer = pytest.importorskip("mcap.writer")
-    file = tmp_path / "bomb.mcap"
     with file.open("wb") as out:
         made = writer.Writer(out, chunk_size=200_000_000)
         made.start()
         schema = made.register_schema(name="any", encoding="jsonschema", data=b"{}")
         channel = made.register_channel(topic="radar", message_encoding="json", schema_id=schema)
-        made.add_message(channel_id=channel, log_time=0, publish_time=0, data=b" " * 110_000_000 + b"{}")
+        made.add_message(channel_id=channel, log_time=0, publish_time=0, data=data)
         made.finish()
+    return file
+
+
+def test_what_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    bomb = recorded(tmp_path / "bomb.mcap", b" " * 110_000_000 + b"{}")
     with pytest.raises(InputError, match="must be at most 100000000 bytes, unpacked"):
-        McapRecording(file)
+        McapRecording(bomb)
 
 
 def test_a_recorded_integer_of_hundreds_of_digits_is_not_finite(tmp_path: Path) -> None:
-    writer = pytest.importorskip("mcap.writer")
-    file = tmp_path / "long.mcap"
-    with file.open("wb") as out:
-        made = writer.Writer(out)
-        made.start()
-        schema = made.register_schema(name="any", encoding="jsonschema", data=b"{}")
-        channel = made.register_channel(topic="radar", message_encoding="json", schema_id=schema)
-        made.add_message(channel_id=channel, log_time=0, publish_time=0, data=json.dumps({"range": HUGE}).encode())
-        made.finish()
-    table = McapRecording(file).table("radar.range")
+    table = McapRecording(recorded(tmp_path / "long.mcap", json.dumps({"range": HUGE}).encode())).table("radar.range")
     assert [row.values for row in table.rows([0], None)] == [(math.inf,)]  # type: ignore[arg-type]
 
 

@@ -14,7 +14,7 @@ from mcdas_opt.domain.parsing import LARGEST_JSON, LARGEST_TOML, parsed_json, pa
 from mcdas_opt.errors import InputError, check_file_name, degrees_perhaps, nearest, reading
 
 LARGEST_TEXT = 200_000_000  # characters
-LARGEST_RECORDING = 500_000_000  # bytes: an hour of two radars takes two thirds
+LARGEST_RECORDING = 500_000_000  # bytes
 
 Model = TypeVar("Model", bound=BaseModel)
 
