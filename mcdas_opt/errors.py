@@ -68,6 +68,10 @@ class PlannerFaultWarning(RuntimeWarning):
     """A method raised what it must not, and the fallback ladder has answered; or what a planner remembered could not be planned with."""
 
 
+class MeasurementWarning(UserWarning):
+    """By what was measured nobody can be tracked: the clock, the host's place or a sensor is not what it says. Nothing there is covered."""
+
+
 @contextmanager
 def blaming(file: object, under: str = "") -> Iterator[None]:
     """Turns a `ParameterError` into an `InputError` that names the file, and the key below `under`."""

@@ -63,6 +63,7 @@ from benchmarks.attack import (
 )
 from benchmarks.attack.table import Block, Table
 from benchmarks.attack.tally import Tally
+from mcdas_opt.errors import MeasurementWarning
 from mcdas_opt.evaluation.provenance import commit
 from mcdas_opt.evaluation.running.journal import Journal
 
@@ -91,14 +92,14 @@ _SEEDS = 100_000  # between those of two campaigns
 
 
 def run(name: str, count: int, seed: int) -> Tally:
-    """A warning that leaves is foreign too, but for those that answer clocks, and those that Python hides from users."""
+    """A warning that leaves is foreign too, but for those that answer measurements, and those that Python hides from users."""
     tally = Tally()
     logging.disable()  # of what parsers of others tell
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", DeprecationWarning)  # matplotlib 3.9 meets pyparsing 3.3
-            warnings.filterwarnings("ignore", "scan of .* ahead of now|updates are .* apart", UserWarning)
+            warnings.simplefilter("ignore", MeasurementWarning)
             ATTACKS[name][0](tally, count, seed)
     except Exception as error:  # of a case that could not even be made: the block ends there
         tally.tried += 1

@@ -233,7 +233,8 @@ class Planner:
         """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out.
 
         `desired_speed_mps` left out is the host's speed now, of each cycle anew: who was slowed down stays slow. Say it in each cycle.
-        Scans from more than a second ahead of `now` are dropped, with a `UserWarning`.
+        What nobody can be tracked by (a clock that does not go on, a host whose place moves otherwise than its speed says, a radar whose
+        returns never become a track) is said once, by a `MeasurementWarning`; its sectors count as not watched.
         """
         now, measurements = finite("now", now, "s"), all_of("measurements", measurements, Scan)
         require_type("host", host, HostState)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import warnings
 
-from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
+from mcdas_opt.domain.measurement import BodyDetection, Mounting, RadarDetection, Scan
 from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.track import LONGEST_M
+from mcdas_opt.domain.vocabulary import Sector
 
 FUTURE_TOLERANCE_S = 0.05  # scans further ahead of the clock are refused; a clock that runs back by no more jitters
 FAR_AHEAD_S = 1.0  # a scan further ahead is of another clock, or another unit: that is said
@@ -20,7 +20,7 @@ MOUNTED_WITHIN_M = 100.0  # of the body centre: the longest road train
 MOST_SCANS = 40  # of an update: the latest
 MOST_DETECTIONS = 256  # of a scan: the nearest; a radar of points has to group them before
 SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
-Source = tuple[str, str]  # sensor and sector: one product may sit at the front and at the rear
+Source = tuple[str, Sector, Mounting]  # one product may sit at several places
 
 COUNTERS = (
     "scans",  # accepted scans
@@ -39,11 +39,13 @@ COUNTERS = (
     "clock_back",  # times that the clock ran back: all that was remembered is forgotten
     "clock_ahead",  # times that it jumped ahead, likewise
     "clock_stands",  # cycles in which it had not gone on for ten, likewise
+    "odometry",  # cycles in which the host's place had not moved as its speed and the clock say, likewise
+    "unfollowed",  # scans with a return that has come again and again, and of which no track comes
 )
 
 
 def source_of(scan: Scan) -> Source:
-    return scan.sensor, scan.sector
+    return scan.sensor, scan.sector, scan.mounting
 
 
 def clock_fault(now: float, last_s: float | None) -> str | None:
@@ -51,37 +53,6 @@ def clock_fault(now: float, last_s: float | None) -> str | None:
     if last_s is None or -FUTURE_TOLERANCE_S <= now - last_s <= AGE_MAX_S:
         return None
     return "clock_back" if now < last_s else "clock_ahead"
-
-
-def warn_of_another_clock(scan: Scan, now: float) -> None:
-    """Says by a `UserWarning` that a scan from far ahead of the clock is dropped."""
-    ahead_s, where = scan.t_s - now, f"scan of {scan.sensor!r}, {scan.sector.value}"
-    warnings.warn(
-        f"{where}: t_s = {scan.t_s!r} is {ahead_s:.6g} s ahead of now = {now!r}, so that the scan is dropped: another clock, or "
-        "milliseconds? Both are seconds of one clock. Further such scans are counted alone (`future`)",
-        UserWarning,
-        stacklevel=3,
-    )
-
-
-def warn_of_long_cycles(apart_s: float) -> None:
-    """Says by a `UserWarning` that updates are too far apart for anybody to be tracked."""
-    warnings.warn(
-        f"updates are {apart_s:.6g} s apart: nobody can be tracked over more than {AGE_MAX_S:g} s, so that no sector is covered. "
-        "Milliseconds? `now` and the times of scans are seconds. Further such updates are counted alone (`clock_ahead`)",
-        UserWarning,
-        stacklevel=3,
-    )
-
-
-def warn_of_standing_clock(now: float) -> None:
-    """Says by a `UserWarning` that the clock does not go on."""
-    warnings.warn(
-        f"updates are less than 0.1 ms apart, now = {now!r}: the clock stands, so that nobody can be tracked and no sector is covered. "
-        "Each cycle needs its own time. Further such cycles are counted alone (`clock_stands`)",
-        UserWarning,
-        stacklevel=5,
-    )
 
 
 def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None) -> str | None:

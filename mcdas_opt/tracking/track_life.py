@@ -23,14 +23,14 @@ GATE = 16.27  # of the squared Mahalanobis distance of (s, d, range rate): lets 
 INITIAL_SPEED_SD_MPS = 15.0  # of a new radar track along the road, around the host's speed
 INITIAL_LATERAL_SPEED_SD_MPS = 3.0  # and across it, around 0
 CONFIRM_HITS, CONFIRM_WINDOW = 3, 4  # a track is confirmed by so many hits in so many scans of the sensors that have seen it
-TENTATIVE_S = 0.35  # a tentative track dies without a hit for this long
-COAST_S = 1.0  # and a confirmed one for this long
+COAST_S = 1.0  # a track dies without a hit for this long
 BLIND_S = 5.0  # or this long, while it is too near to its sensor to be seen and does not stand
 COASTING_PERIODS = 1.5  # without a hit for so many scan periods a track counts as coasting
 LONGEST_VEHICLE_M = 18.75  # an articulated lorry, as European directive 96/53/EC allows it
 REFLECTION_GAP_M = 5.0  # reflections of one vehicle are no farther apart along it
 LONGER_M = 1.0  # than assumed, at least: less is noise
 SHOWN, SHOWN_OF = 3, 10  # a length counts that so many of so many scans have shown
+MOST_SOURCES = 64  # sensors that a track was seen by, the latest
 _STANDING_MPS = 0.5
 _COURSE_MPS, _COURSE_SIGMAS = 2.0, 2.5  # who clearly moves so fast, and not along the road, is headed where it goes
 _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
@@ -44,7 +44,7 @@ class TrackLife:
         self._acceleration = AccelerationFilter()
         self._turning = TurnRateFilter()
         self._hits: deque[bool] = deque(maxlen=CONFIRM_WINDOW)
-        self._sources: set[Source] = set()
+        self._sources: deque[Source] = deque(maxlen=MOST_SOURCES)
         self._born_s = filter_.time_s
         self._arrival_s = -np.inf
         self._hidden_s = self._stood_s = -np.inf
@@ -95,7 +95,8 @@ class TrackLife:
     def hit(self, fix: TargetFix, scan: Scan, now: float) -> None:
         self._filter.take(scan.t_s, fix)
         self._acceleration.take(self._filter.time_s, *self._filter.speed_along())
-        self._sources.add(source_of(scan))
+        if source_of(scan) not in self._sources:
+            self._sources.append(source_of(scan))
         self._arrival_s, self._period_s = now, scan.period_s
         self._hits.append(True)
         self.confirmed = self.confirmed or sum(self._hits) >= CONFIRM_HITS
@@ -152,7 +153,7 @@ class TrackLife:
     def is_over(self, now: float) -> bool:
         """Whether the track ends: no detection for too long, or tentative and too many misses to be confirmed."""
         hidden = now - self._hidden_s <= COAST_S + 1e-9
-        longest = BLIND_S if hidden else COAST_S if self.confirmed else TENTATIVE_S
+        longest = BLIND_S if hidden else COAST_S
         if now - max(self._arrival_s, self._stood_s if hidden else -math.inf) > longest + 1e-9:
             return True
         if self.confirmed:

@@ -20,12 +20,14 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.tracking import notices
 from mcdas_opt.tracking.association import assign
 from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
 from mcdas_opt.tracking.screening import (
+    AGE_MAX_S,
     COUNTERS,
     FAR_AHEAD_S,
     FUTURE_TOLERANCE_S,
@@ -37,11 +39,9 @@ from mcdas_opt.tracking.screening import (
     radar_fault,
     scan_fault,
     source_of,
-    warn_of_another_clock,
-    warn_of_long_cycles,
-    warn_of_standing_clock,
 )
-from mcdas_opt.tracking.track_life import TrackLife
+from mcdas_opt.tracking.track_life import MOST_SOURCES, TrackLife
+from mcdas_opt.tracking.unfollowed import SCANS, UnfollowedReturns
 
 Size = tuple[float, float]
 T = TypeVar("T")
@@ -68,8 +68,8 @@ class Tracker:
     `body` is the (length, width) assumed of a car that only a radar has seen; `vehicle` is the host (its sensors turn with it). `motion` is
     a file in models/motion, or a path. `reflection` is where on a body radar points lie: on the near "face", or at its "centre" (point
     targets, antenna to antenna).
-    `counters` counts what became of scans and detections (`screening.COUNTERS`). A scan from more than a second ahead of the clock is said
-    besides, by a `UserWarning`, once until `reset`.
+    `counters` counts what became of scans and detections (`screening.COUNTERS`). What nobody can be tracked by is said besides, by a
+    `MeasurementWarning`, each kind once until `reset` (`notices`).
     """
 
     def __init__(self, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None, *, motion: str = "car", reflection: str = "face") -> None:
@@ -86,27 +86,25 @@ class Tracker:
         """Forget everything, the counters and the numbering too."""
         self.counters: dict[str, int] = dict.fromkeys(COUNTERS, 0)
         self._numbered = 0
-        self._told = False  # whether scans were said to be of another clock
+        self._notices = notices.Notices()
         self._jumped = False  # whether the clock jumped ahead in the last update
-        self._told_of_jumps = False
-        self._told_of_standing = False
         self._now_s: float | None = None
         self._forget(is_anew=False)
 
     def _forget(self, *, is_anew: bool) -> None:
         """No tracks, and no sensor that was heard of; `is_anew` where those that there were are forgotten."""
         self._lives: list[TrackLife] = []
-        self._last: dict[Source, float] = {}
+        self._last: dict[Source, Scan] = {}
+        self._unfollowed: dict[Source, UnfollowedReturns] = {}
         self._clock_s: float | None = None
         self._watch = SectorWatch(is_anew)
 
-    def distrust_clock(self, now: float) -> None:
-        """The clock stands at `now`: the tracks are forgotten, and no sector is covered until it goes on. That is said, once."""
-        self.counters["clock_stands"] += 1
-        if not self._told_of_standing:
-            self._told_of_standing = True
-            warn_of_standing_clock(now)
-        self._forget(is_anew=True)
+    def distrust(self, counter: str, why: str, *, is_anew: bool) -> None:
+        """Tracks are not to be relied on in this cycle: that is said, once. `is_anew`: they are forgotten."""
+        self.counters[counter] += 1
+        self._notices.say(counter, why, stacklevel=6)
+        if is_anew:
+            self._forget(is_anew=True)
 
     def update(self, scans: Sequence[Scan], host: HostState, road: Road, now: float) -> None:
         """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times.
@@ -120,21 +118,23 @@ class Tracker:
         if jump is not None:
             self.counters[jump] += 1
             self._forget(is_anew=True)
-        if jump == "clock_ahead" and self._jumped and not self._told_of_jumps and self._now_s is not None:
-            self._told_of_jumps = True
-            warn_of_long_cycles(now - self._now_s)
+        if jump == "clock_ahead" and self._jumped and self._now_s is not None:
+            self._notices.say(jump, notices.long_cycles(now - self._now_s))
         if now != self._now_s:  # one cycle's scans may come in several updates
             self._jumped, self._now_s = jump == "clock_ahead", now
         frame = frame_near(road, host.s_m)
         for scan in self.in_order(scans, now):
-            fault = scan_fault(scan, now, self._last.get(source_of(scan)), self._clock_s)
+            last = self._last.get(source_of(scan))
+            fault = scan_fault(scan, now, None if last is None else last.t_s, self._clock_s)
             if fault is not None:
                 self.counters[fault] += 1
                 if fault == "dead":
                     self._watch.lost(scan)
-                elif fault == "future" and scan.t_s > now + FAR_AHEAD_S and not self._told:
-                    self._told = True
-                    warn_of_another_clock(scan, now)
+                elif fault == "duplicate" and last is not None and (scan.radar, scan.bodies) != (last.radar, last.bodies):
+                    self._watch.lost(scan)
+                    self._notices.say(fault, notices.two_scans_at_once(scan))
+                elif fault == "future" and scan.t_s > now + FAR_AHEAD_S:
+                    self._notices.say(fault, notices.another_clock(scan, now))
                 continue
             self._take(_Look(scan, host, frame, now))
         self._bury(now)
@@ -166,21 +166,30 @@ class Tracker:
     def _take(self, look: _Look) -> None:
         scan = look.scan
         self.counters["scans"] += 1
-        self._last[source_of(scan)] = scan.t_s
+        if len(self._last) > MOST_SOURCES:
+            self._last = {source: last for source, last in self._last.items() if scan.t_s - last.t_s <= AGE_MAX_S}
+            self._unfollowed = {source: returns for source, returns in self._unfollowed.items() if source in self._last}
+        self._last[source_of(scan)] = scan
         self._clock_s = scan.t_s if self._clock_s is None else max(self._clock_s, scan.t_s)
         points = self._sound_points(scan.radar)
         bodies = self._sound_bodies(scan.bodies, look.host)
-        if points or bodies or not (scan.radar or scan.bodies):
-            self._watch.heard(scan, look.now)
-        else:
-            self._watch.lost(scan)  # no sound detection in it: the sensor covers nothing
+        is_sound = bool(points or bodies or not (scan.radar or scan.bodies))
+        if len(scan.radar) > len(points) == MOST_DETECTIONS:
+            is_sound = False
+            self._notices.say("too_many", notices.too_many_detections(scan, len(scan.radar)), stacklevel=5)
         self._take_bodies(bodies, look)
-        self._take_points(points, look)
+        followers = self._take_points(points, look)
         for life in self._lives:
             if life not in look.hit and not (scan.blind is not None and self._hides(life, look)):
                 life.miss(scan)
         self._tell_apart(look)
         self._merge(scan.t_s, look.now)
+        if self._is_unfollowed(followers, scan):
+            is_sound = False
+        if is_sound:
+            self._watch.heard(scan, look.now)
+        else:
+            self._watch.lost(scan)  # the sensor covers nothing
         self._keep(self._most(self._lives, MOST_TRACKS, lambda life: (not life.confirmed, abs(life.place(scan.t_s)[0] - look.host.s_m))))
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
@@ -219,10 +228,22 @@ class Tracker:
                 life = self._begin(fix, look)
             life.know(body, road_heading, time_s)
 
-    def _take_points(self, points: list[RadarDetection], look: _Look) -> None:
-        """Radar points: confirmed tracks choose first, then tentative ones; what is left begins new tracks."""
+    def _is_unfollowed(self, followers: dict[RadarDetection, TrackLife], scan: Scan) -> bool:
+        """Whether a return has come so often that it should be tracked, and is not. Those count whose tracks are tentative still."""
+        tentative = [point for point, life in followers.items() if not life.confirmed and life in self._lives]
+        returns = self._unfollowed.setdefault(source_of(scan), UnfollowedReturns())
+        came = returns.take(tentative, scan.t_s)
+        if came < SCANS:
+            return False
+        self.counters["unfollowed"] += 1
+        self._notices.say("unfollowed", notices.unfollowed(scan, came), stacklevel=6)
+        return True
+
+    def _take_points(self, points: list[RadarDetection], look: _Look) -> dict[RadarDetection, TrackLife]:
+        """Radar points: confirmed tracks choose first, then tentative ones; what is left begins new tracks. Whose each is."""
+        followers: dict[RadarDetection, TrackLife] = {}
         if not points:
-            return
+            return followers
         time_s = look.scan.t_s
         view = Viewpoint.of(look.scan.mounting, look.host, self.vehicle, look.frame)
         reads: dict[Size | None, Sequence[TargetFix | None]] = {}
@@ -247,6 +268,7 @@ class Tracker:
                 fix = rows[i][j]
                 assert fix is not None
                 self._hit(lives[i], fix, look)
+                followers[points[left[j]]] = lives[i]
                 rates[lives[i]] = points[left[j]].range_rate_mps
             taken = {left[j] for _, j in pairs}
             left = [j for j in left if j not in taken]
@@ -263,7 +285,9 @@ class Tracker:
                 owner.show(fix.place, look.host.s_m, time_s, again=owner in grown)
                 grown.add(owner)
             else:
-                rates[self._begin(fix, look)] = points[j].range_rate_mps
+                followers[points[j]] = life = self._begin(fix, look)
+                rates[life] = points[j].range_rate_mps
+        return followers
 
     def _whose(self, place: tuple[float, float], rate_mps: float, rates: dict[TrackLife, float], look: _Look) -> TrackLife | None:
         """The body of this scan that a point is a farther reflection of: along it, and as fast."""

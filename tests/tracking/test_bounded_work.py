@@ -40,13 +40,15 @@ def heard(scans: list[Scan], now: float = 0.0) -> dict[str, int]:
 def test_the_nearest_points_of_a_scan_that_says_too_much_are_followed() -> None:
     PLANNER.reset()
     points = (*clutter(2000, 0, 60.0), CAR)
-    counters = heard([Scan(sensor="f", sector=Sector.FRONT, t_s=0.0, mounting=Mounting(x_m=2.0), radar=points)])
+    with pytest.warns(UserWarning, match="of 2001 detections the nearest 256 are followed, so that the sensor covers nothing"):
+        counters = heard([Scan(sensor="f", sector=Sector.FRONT, t_s=0.0, mounting=Mounting(x_m=2.0), radar=points)])
     assert counters["too_many"] == len(points) - MOST_DETECTIONS
     for k in range(1, 4):
         closer = RadarDetection(range_m=CAR.range_m - 0.5 * k, azimuth_rad=0.0, range_rate_mps=-5.0)
         radar = (*clutter(2000, k, 60.0), closer)
         heard([Scan(sensor="f", sector=Sector.FRONT, t_s=0.1 * k, mounting=Mounting(x_m=2.0), radar=radar)], 0.1 * k)
     assert PLANNER.situation is not None
+    assert not PLANNER.situation.coverage.front  # who is farther away is not known
     assert any(abs(track.s_m - 33.75) < 1.0 and abs(track.d_m) < 1.0 for track in PLANNER.situation.tracks)
 
 
@@ -95,7 +97,7 @@ def test_whoever_leaves_the_farthest_place_stops_no_planning(place_m: float) -> 
         s_m, speed_mps = place_m, 30.0 if place_m > 0.0 else -30.0
         body = BodyDetection(name="far", s_m=s_m, d_m=0.0, speed_s_mps=speed_mps, speed_d_mps=0.0, length_m=4.5, width_m=1.8)
         scans = [Scan(sensor="f", sector=Sector.FRONT, t_s=0.1 * k, bodies=(body,))] if k < 3 else []
-        plan = PLANNER.step(scans, HOST, 0.1 * k)
+        plan = PLANNER.step(scans, replace(HOST, s_m=2.0 * k), 0.1 * k)
     assert plan.verdict.passed
 
 

@@ -11,12 +11,15 @@ from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.measurement.host_plausibility import HostPlausibility
+from mcdas_opt.planning.measurement.odometry_check import OdometryCheck
 from mcdas_opt.planning.measurement.pose_history import PoseHistory
-from mcdas_opt.planning.measurement.standing_clock import StandingClock
 from mcdas_opt.tracking.tracker import Tracker
+
+_NOWHERE = Coverage(front=False, rear=False, left=False, right=False)
 
 
 class Sensing:
@@ -29,14 +32,14 @@ class Sensing:
         self.tracker = Tracker(vehicle=vehicle)
         self._poses = PoseHistory()
         self._host_plausibility = HostPlausibility()
-        self._clock = StandingClock()
+        self._odometry = OdometryCheck()
 
     def reset(self) -> None:
         """Forgets them."""
         self.tracker.reset()
         self._poses = PoseHistory()
         self._host_plausibility = HostPlausibility()
-        self._clock = StandingClock()
+        self._odometry = OdometryCheck()
 
     def faulty_s(self, now: float) -> float:
         """For how long [s] no state of the host has been one that can be; 0 at the first such."""
@@ -57,10 +60,12 @@ class Sensing:
         request: Request,
     ) -> Situation:
         """The situation at `now` [s], after these scans, each with its own time stamp, seen from where the car then was. Where the clock
-        stands nobody can be tracked, and no sector is covered."""
+        stands nobody can be tracked, and no sector is covered; neither where the host's place moves otherwise than its speed says."""
         on = road or self.road
-        if self._clock.stands(now):
-            self.tracker.distrust_clock(now)
+        doubt = self._odometry.doubt(host, on, now)
+        if doubt is not None:
+            self.tracker.distrust(doubt.counter, doubt.why, is_anew=doubt.is_anew)
+        if doubt is not None and doubt.is_anew:
             scans = ()
         self._poses.note(now, host)
         for scan in self.tracker.in_order(scans, now):
@@ -72,7 +77,7 @@ class Sensing:
             time_s=now,
             host=host,
             tracks=self.tracker.tracks(now),
-            coverage=self.tracker.coverage(now),
+            coverage=self.tracker.coverage(now) if doubt is None else _NOWHERE,
             road=on,
             vehicle=self.tracker.vehicle.name,
             desired_speed_mps=desired_speed_mps,

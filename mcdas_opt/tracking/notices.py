@@ -1,0 +1,75 @@
+"""What the user is told, once, of measurements that nobody can be tracked by."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+
+from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.errors import MeasurementWarning
+from mcdas_opt.tracking.screening import AGE_MAX_S, MOST_DETECTIONS
+
+
+@dataclass(slots=True)
+class Notices:
+    """Each kind is said once, by a `MeasurementWarning`; further ones are counted alone, under the counter of that name."""
+
+    _said: set[str] = field(default_factory=set)
+
+    def say(self, counter: str, what: str, stacklevel: int = 4) -> None:
+        if counter not in self._said:
+            self._said.add(counter)
+            warnings.warn(f"{what} (said once; counted as `{counter}`)", MeasurementWarning, stacklevel=stacklevel)
+
+
+def another_clock(scan: Scan, now: float) -> str:
+    return (
+        f"{_scan(scan)}: t_s = {scan.t_s!r} is {scan.t_s - now:.6g} s ahead of now = {now!r}, so that the scan is dropped: another clock, "
+        "or milliseconds? Both are seconds of one clock"
+    )
+
+
+def long_cycles(apart_s: float) -> str:
+    return (
+        f"updates are {apart_s:.6g} s apart: nobody can be tracked over more than {AGE_MAX_S:g} s, so that no sector is covered. "
+        "Milliseconds? `now` and the times of scans are seconds"
+    )
+
+
+def standing_clock(now: float) -> str:
+    return (
+        f"now = {now!r}: the clock stands, or runs to and fro, so that nobody can be tracked and no sector is covered. "
+        "Each cycle needs its own time"
+    )
+
+
+def another_odometry(moved_m: float, driven_m: float, within_s: float) -> str:
+    return (
+        f"the host's place moved by {moved_m:.3g} m along the road within {within_s:.3g} s by the clock, in which its speed says "
+        f"{driven_m:.3g} m: tracks are not relied on, so that no sector is covered. `s_m` and `d_m` are of each cycle's host; "
+        "metres, m/s, seconds?"
+    )
+
+
+def unfollowed(scan: Scan, scans: int) -> str:
+    return (
+        f"{_scan(scan)}: a return has come in {scans} scans and no track comes of it, so that the sensor covers nothing. Is the range "
+        "rate positive where the distance grows, in m/s? Are the host's place, speed and heading, the mounting and the clock right?"
+    )
+
+
+def too_many_detections(scan: Scan, detections: int) -> str:
+    return (
+        f"{_scan(scan)}: of {detections} detections the nearest {MOST_DETECTIONS} are followed, so that the sensor covers nothing. "
+        "Group a radar's points into objects before"
+    )
+
+
+def two_scans_at_once(scan: Scan) -> str:
+    return (
+        f"{_scan(scan)}: two scans of t_s = {scan.t_s!r} say different things, so that the sensor covers nothing. Two sensors of one name?"
+    )
+
+
+def _scan(scan: Scan) -> str:
+    return f"scan of {scan.sensor!r}, {scan.sector.value}"

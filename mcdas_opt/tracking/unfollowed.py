@@ -1,0 +1,48 @@
+"""Returns that come again and again, and of which no track comes: the radar, its clock or the host's motion is not what it says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.domain.measurement import RadarDetection
+from mcdas_opt.domain.rules import Array
+
+SCANS = 8  # in which one return has come; a car that is tracked is confirmed by the third
+_NEAR_M, _CLOSING_MPS = 5.0, 50.0  # a return is found again within so much of its range, and more with the time between
+_ASIDE_M, _CROSSING_MPS = 3.0, 10.0  # and across its line of sight
+_ALIKE_MPS, _ALIKE_MPS2 = 3.0, 15.0  # and of its range rate: clutter says another one each time
+_LONGEST_S = 1.0
+
+
+@dataclass(slots=True)
+class UnfollowedReturns:
+    """Remembers, of one radar, the returns of its last two scans that belong to no confirmed track, and in how many scans each has come.
+
+    They are compared as the radar says them: neither the host's place nor its speed, which may be what is wrong, plays a part.
+    """
+
+    _seen: Array = field(default_factory=lambda: np.empty((0, 5)), init=False)  # range, azimuth, range rate, scans, scans ago
+    _t_s: float = field(default=0.0, init=False)
+
+    def take(self, points: Sequence[RadarDetection], t_s: float) -> int:
+        """In how many scans the most persistent of these returns has come; 0: there are none."""
+        elapsed_s = min(max(t_s - self._t_s, 0.0), _LONGEST_S)
+        self._t_s = t_s
+        old = self._seen[self._seen[:, 4] <= 2.0]
+        old[:, 4] += 1.0
+        if not points:
+            self._seen = old
+            return 0
+        new = np.array([(p.range_m, p.azimuth_rad, p.range_rate_mps, 1.0, 1.0) for p in points])
+        apart = np.abs(new[:, None, :3] - old[None, :, :3])
+        again = (
+            (apart[..., 0] <= _NEAR_M + _CLOSING_MPS * elapsed_s)
+            & (apart[..., 1] * new[:, :1] <= _ASIDE_M + _CROSSING_MPS * elapsed_s)
+            & (apart[..., 2] <= _ALIKE_MPS + _ALIKE_MPS2 * elapsed_s)
+        )
+        new[:, 3] += np.where(again, old[None, :, 3], 0.0).max(axis=1, initial=0.0)
+        self._seen = np.concatenate([new, old[~again.any(axis=0)]])
+        return int(new[:, 3].max())

@@ -1,0 +1,192 @@
+"""Whom a radar reports in every scan is known, or nobody says that the road there was watched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Mounting, RadarDetection, Scan
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.errors import MeasurementWarning
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.tracking.screening import MOST_DETECTIONS
+from mcdas_opt.tracking.track_life import MOST_SOURCES
+from mcdas_opt.tracking.tracker import Tracker
+from mcdas_opt.tracking.unfollowed import SCANS, UnfollowedReturns
+from tests.tracking.worlds import STRAIGHT
+
+CYCLE_S = 0.1
+CAR_MPS, GAP_M = 10.0, 75.0
+PLACE = Mounting(x_m=2.25)
+Clock = Callable[[int], float]
+
+
+def scan(t_s: float, *points: RadarDetection, period_s: float = CYCLE_S, mounting: Mounting = PLACE) -> Scan:
+    return Scan(sensor="r", sector=Sector.FRONT, t_s=t_s, mounting=mounting, radar=points, period_s=period_s)
+
+
+def clutter(random: np.random.Generator, count: int, farthest_m: float = 170.0) -> list[RadarDetection]:
+    r, phi, rate = random.uniform(1.0, farthest_m, count), random.uniform(-0.17, 0.17, count), random.uniform(-30.0, 10.0, count)
+    return [RadarDetection(range_m=a, azimuth_rad=b, range_rate_mps=c) for a, b, c in zip(r, phi, rate, strict=True)]
+
+
+def chase(
+    *,
+    clock: Clock = lambda k: CYCLE_S * k,
+    place: Callable[[float], float] = lambda s: s,
+    rate: Callable[[float], float] = lambda rate_mps: rate_mps,
+    heading: Callable[[int], float] = lambda k: 0.0,
+    every: int = 1,
+    period_s: float = CYCLE_S,
+    beside: Callable[[], list[RadarDetection]] = list,
+    cycles: int = 160,
+) -> tuple[float, int, int]:
+    """The host, 10 m/s faster, behind a car that every scan reports: the speed [m/s] at which it meets it (0: never), the longest run of
+    cycles in which the front was covered and nobody known, and the cycles in which the car was known."""
+    planner = Planner()
+    s_m, speed_mps, gap_m, acceleration_mps2 = 0.0, 20.0, GAP_M, 0.0
+    unknown = longest = known = 0
+    for k in range(cycles):
+        now = clock(k)
+        car = RadarDetection(range_m=gap_m, azimuth_rad=0.0, range_rate_mps=rate(CAR_MPS - speed_mps))
+        scans = [] if k % every else [scan(now, car, *beside(), period_s=period_s)]
+        host = HostState(s_m=place(s_m), speed_mps=speed_mps, heading_rad=heading(k), acceleration_mps2=acceleration_mps2)
+        plan = planner.step(scans, host, now, desired_speed_mps=20.0)
+        unknown = unknown + 1 if plan.situation.coverage.front and not plan.situation.tracks else 0
+        longest, known = max(longest, unknown), known + bool(plan.situation.tracks)
+        acceleration_mps2 = plan.command_at(0.5 * CYCLE_S).acceleration_mps2
+        after_mps = max(speed_mps + acceleration_mps2 * CYCLE_S, 0.0)
+        way_m, speed_mps = 0.5 * (speed_mps + after_mps) * CYCLE_S, after_mps
+        s_m, gap_m = s_m + way_m, gap_m - way_m + CAR_MPS * CYCLE_S
+        if gap_m <= 0.0:
+            return speed_mps - CAR_MPS, longest, known
+    return 0.0, longest, known
+
+
+def noise(sd: float) -> Callable[[int], float]:
+    drawn = np.random.default_rng(7).normal(0.0, sd, 400)
+    return lambda k: float(drawn[k])
+
+
+CLOCKS: dict[str, Clock] = {
+    "twice too fast": lambda k: 0.2 * k,
+    "thrice too fast": lambda k: 0.3 * k,
+    "five times too fast": lambda k: 0.5 * k,
+    "running back": lambda k: 100.0 - 0.04 * k,
+    "standing, 2 ms of noise": lambda k: 100.0 + noise(0.002)(k),
+    "standing, 10 ms of noise": lambda k: 100.0 + noise(0.010)(k),
+}
+
+
+@pytest.mark.filterwarnings("ignore::mcdas_opt.errors.MeasurementWarning")
+@pytest.mark.parametrize("clock", CLOCKS.values(), ids=CLOCKS.keys())
+def test_under_a_wrong_clock_no_car_is_driven_into_on_a_watched_road(clock: Clock) -> None:
+    hit_mps, unknown, _ = chase(clock=clock)
+    assert hit_mps == 0.0
+    assert unknown <= SCANS
+
+
+FAULTS: dict[str, dict[str, Callable[..., float]]] = {
+    "the host's place is never said": {"place": lambda s: 0.0},
+    "range rates of the other sign": {"rate": lambda rate_mps: -rate_mps},
+    "range rates in km/h": {"rate": lambda rate_mps: 3.6 * rate_mps},
+    "a heading that flips": {"heading": lambda k: math.pi * (k % 2)},
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
+def test_with_a_wrong_host_or_radar_no_car_is_driven_into_on_a_watched_road(fault: dict[str, Callable[..., float]]) -> None:
+    with pytest.warns(
+        MeasurementWarning, match=r"the host's place moved by .* in which its speed says|a return has come in 8 scans and no track"
+    ):
+        hit_mps, unknown, _ = chase(**fault)  # type: ignore[arg-type]
+    assert hit_mps == 0.0
+    assert unknown <= SCANS
+
+
+@pytest.mark.parametrize(("every", "period_s"), [(1, 0.1), (2, 0.1), (4, 0.1), (5, 0.1), (8, 0.1), (5, 0.5), (8, 0.8)])
+def test_who_is_seen_seldom_is_known(every: int, period_s: float, recwarn: pytest.WarningsRecorder) -> None:
+    """Frames that are lost, and a slow radar: a tentative track waits for as long as a confirmed one."""
+    hit_mps, _, known = chase(every=every, period_s=period_s)
+    assert hit_mps == 0.0
+    assert known >= 160 - 2 * every - 1
+    assert not recwarn.list
+
+
+def test_a_sector_is_not_covered_for_longer_than_tracks_live() -> None:
+    tracker = Tracker()
+    tracker.update([scan(0.0, period_s=50.0)], HostState(speed_mps=20.0), STRAIGHT, 0.0)
+    assert tracker.coverage(1.0).front
+    assert not tracker.coverage(1.01).front
+
+
+@pytest.mark.parametrize("other", [Mounting(x_m=2.25, y_m=0.5), Mounting()])
+def test_two_sensors_of_one_name_are_two(other: Mounting) -> None:
+    """The second of them sees nobody, and is named first."""
+    tracker = Tracker()
+    for k in range(6):
+        car = RadarDetection(range_m=50.0 - k, azimuth_rad=0.0, range_rate_mps=-10.0)
+        both = [scan(CYCLE_S * k, mounting=other), scan(CYCLE_S * k, car)]
+        tracker.update(both, HostState(s_m=2.0 * k, speed_mps=20.0), STRAIGHT, CYCLE_S * k)
+    assert len(tracker.tracks(0.5)) == 1
+    assert tracker.coverage(0.5).front
+
+
+def test_two_scans_at_once_that_contradict_each_other_cover_nothing() -> None:
+    tracker = Tracker()
+    car = RadarDetection(range_m=50.0, azimuth_rad=0.0, range_rate_mps=-10.0)
+    with pytest.warns(MeasurementWarning, match="two scans of t_s = 0.0 say different things"):
+        tracker.update([scan(0.0), scan(0.0, car)], HostState(speed_mps=20.0), STRAIGHT, 0.0)
+    assert not tracker.coverage(0.0).front
+    again = Tracker()
+    again.update([scan(0.0, car), scan(0.0, car)], HostState(speed_mps=20.0), STRAIGHT, 0.0)
+    assert again.coverage(0.0).front
+
+
+def test_a_radar_that_says_more_than_is_followed_covers_nothing() -> None:
+    tracker, random = Tracker(), np.random.default_rng(0)
+    with pytest.warns(MeasurementWarning, match="of 400 detections the nearest 256 are followed"):
+        tracker.update([scan(0.0, *clutter(random, 400))], HostState(speed_mps=20.0), STRAIGHT, 0.0)
+    assert not tracker.coverage(0.0).front
+    tracker.update([scan(0.1, *clutter(random, MOST_DETECTIONS))], HostState(s_m=2.0, speed_mps=20.0), STRAIGHT, 0.1)
+    assert tracker.coverage(0.1).front
+
+
+@pytest.mark.parametrize("count", [1, 5, 20])
+def test_clutter_comes_from_everywhere_and_is_not_counted(count: int, recwarn: pytest.WarningsRecorder) -> None:
+    """2,000 scans of each density, of a radar's forty metres on; none of them is doubted."""
+    random, returns, most = np.random.default_rng(count), UnfollowedReturns(), 0
+    for k in range(2000):
+        most = max(most, returns.take([point for point in clutter(random, count) if point.range_m > 40.0], 0.05 * k))
+    assert most < SCANS
+    assert chase(beside=lambda: clutter(random, count), cycles=60)[0] == 0.0
+    assert not recwarn.list
+
+
+def test_one_missing_scan_does_not_end_the_count_and_two_do() -> None:
+    point = RadarDetection(range_m=50.0, azimuth_rad=0.1, range_rate_mps=-3.0)
+    for missing, counted in ((1, 5), (2, 1)):
+        returns, t_s = UnfollowedReturns(), 0.0
+        for _ in range(4):
+            t_s += CYCLE_S
+            returns.take([point], t_s)
+        for _ in range(missing):
+            t_s += CYCLE_S
+            assert returns.take([], t_s) == 0
+        assert returns.take([replace(point, range_m=49.0)], t_s + CYCLE_S) == counted
+
+
+def test_a_new_name_in_every_scan_is_not_remembered_for_ever() -> None:
+    tracker = Tracker()
+    for k in range(1000):
+        car = RadarDetection(range_m=50.0, azimuth_rad=0.0, range_rate_mps=0.0)
+        now, host = CYCLE_S * k, HostState(s_m=2.0 * k, speed_mps=20.0)
+        tracker.update([replace(scan(now, car), sensor=f"r{k}")], host, STRAIGHT, now)
+    assert len(tracker.tracks(now)) == 1
+    for remembered in (tracker._last, tracker._unfollowed, tracker._watch._heard, tracker._lives[0]._sources):
+        assert len(remembered) <= MOST_SOURCES + 1
