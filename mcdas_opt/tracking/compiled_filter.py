@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -87,7 +88,14 @@ class CompiledFilter:
     def costs(self, time_s: float, fixes: Sequence[CompiledFix | None], gate: float) -> list[float]:
         """Of each fix of that time d^2 + ln det S inside the gate, infinite outside or where there is none."""
         cost, dt, noise = self._library.mcdas_cost, time_s - self.time_s, self._noise
-        return [np.inf if fix is None else cost(self._at, dt, *noise, fix.at, gate, FAR_M, FAR_SD) for fix in fixes]
+        (s, _, d, _), P = (each.tolist() for each in self.at(time_s))
+        far_s, far_d = FAR_M + FAR_SD * sqrt(P[0][0]), FAR_M + FAR_SD * sqrt(P[2][2])  # as the C text does, without a call
+        return [
+            np.inf
+            if fix is None or abs(fix.place[0] - s) > far_s or abs(fix.place[1] - d) > far_d
+            else cost(self._at, dt, *noise, fix.at, gate, FAR_M, FAR_SD)
+            for fix in fixes
+        ]
 
 
 class CompiledFiltering:

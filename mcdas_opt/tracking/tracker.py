@@ -26,6 +26,7 @@ from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
+from mcdas_opt.tracking.placed import PlacedBodies, Size, overlap
 from mcdas_opt.tracking.screening import (
     AGE_MAX_S,
     COUNTERS,
@@ -43,7 +44,6 @@ from mcdas_opt.tracking.screening import (
 from mcdas_opt.tracking.track_life import MOST_SOURCES, TrackLife
 from mcdas_opt.tracking.unfollowed import SCANS, UnfollowedReturns
 
-Size = tuple[float, float]
 T = TypeVar("T")
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
@@ -217,7 +217,7 @@ class Tracker:
         for i, life in enumerate(nameless):
             s, d = life.place(time_s)
             for j, (body, _, _) in enumerate(strangers):
-                if _overlap((s, d), life.size, (body.s_m, body.d_m), (body.length_m, body.width_m), 1.0):
+                if overlap((s, d), life.size, (body.s_m, body.d_m), (body.length_m, body.width_m), 1.0):
                     costs[i, j] = (body.s_m - s) ** 2 + (body.d_m - d) ** 2
         owners = {j: nameless[i] for i, j in assign(costs)}
         for j, (body, fix, road_heading) in enumerate(strangers):
@@ -260,7 +260,7 @@ class Tracker:
         rates: dict[TrackLife, float] = {}  # range rate of the point that each life was hit by
         for confirmed in (True, False):
             lives = [life for life in self._lives if life.confirmed is confirmed and life not in look.hit]
-            rows = [[read(life.size)[j] for j in left] for life in lives]
+            rows = [[fixes[j] for j in left] for fixes in (read(life.size) for life in lives)]
             costs = [life.costs(time_s, row) for life, row in zip(lives, rows, strict=True)]
             fitted.update(left[j] for row in costs for j, cost in enumerate(row) if cost < math.inf)
             pairs = assign(np.array(costs)) if costs and left else []
@@ -274,11 +274,14 @@ class Tracker:
             left = [j for j in left if j not in taken]
         self.counters["gated"] += sum(j not in fitted for j in left) if self._lives else 0
         grown: set[TrackLife] = set()
+        seen = PlacedBodies[TrackLife](1.0)
+        for life in look.hit:
+            seen.add(life, life.place(time_s), life.size)
         for j in sorted(left, key=lambda j: points[j].range_m):
             fix = read(self._body)[j]
             assert fix is not None
             # a second point of a car that has just been seen is no other car
-            if any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
+            if next(seen.meeting(fix.place, self._body), None) is not None:
                 continue
             owner = self._whose(fix.place, points[j].range_rate_mps, rates, look)
             if owner is not None:
@@ -287,6 +290,7 @@ class Tracker:
             else:
                 followers[points[j]] = life = self._begin(fix, look)
                 rates[life] = points[j].range_rate_mps
+                seen.add(life, life.place(time_s), life.size)
         return followers
 
     def _whose(self, place: tuple[float, float], rate_mps: float, rates: dict[TrackLife, float], look: _Look) -> TrackLife | None:
@@ -329,7 +333,7 @@ class Tracker:
             for other in seen[:i]:
                 if other in life.others:
                     continue
-                if not _overlap(life.place(look.scan.t_s), life.size, other.place(look.scan.t_s), other.size, 1.0):
+                if not overlap(life.place(look.scan.t_s), life.size, other.place(look.scan.t_s), other.size, 1.0):
                     life.others.add(other)
                     other.others.add(life)
 
@@ -339,23 +343,24 @@ class Tracker:
         Both stay if one scan has ever shown them side by side: then they are two cars, and not one car tracked twice. A tentative one stays
         where a confirmed one goes on unseen: a longer body than was thought is seen elsewhere than expected, and is taken up anew.
         """
-        if not _meet([(*life.place(time_s), *life.size) for life in self._lives]):
+        there = PlacedBodies[TrackLife](0.5)
+        for life in self._lives:
+            if next(there.meeting(life.place(time_s), life.size), None) is not None:
+                break
+            there.add(life, life.place(time_s), life.size)
+        else:
             return
         ranked = sorted(self._lives, key=lambda life: (life.name is None, not life.confirmed, -life.heard_s, life.vagueness()))
-        kept: list[tuple[TrackLife, tuple[float, float]]] = []
+        kept, staying = PlacedBodies[TrackLife](0.5), set[TrackLife]()
         for life in ranked:
             place = life.place(time_s)
-            others = [
-                pair
-                for pair in kept
-                if (life.name is None or pair[0].name is None)
-                and pair[0] not in life.others
-                and (life.confirmed or not pair[0].goes_on_unseen(now))
-            ]
-            if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in others):
-                kept.append((life, place))
-        if len(kept) < len(self._lives):
-            staying = {life for life, _ in kept}
+            if not any(
+                (life.name is None or other.name is None) and other not in life.others and (life.confirmed or not other.goes_on_unseen(now))
+                for other in kept.meeting(place, life.size)
+            ):
+                kept.add(life, place, life.size)
+                staying.add(life)
+        if len(staying) < len(self._lives):
             self._keep([life for life in self._lives if life in staying])
 
     def _bury(self, now: float) -> None:
@@ -411,19 +416,3 @@ class Tracker:
         self.counters["too_many"] += len(given) - most
         kept = set(sorted(range(len(given)), key=[rank(one) for one in given].__getitem__)[:most])
         return [one for k, one in enumerate(given) if k in kept]
-
-
-def _meet(bodies: Sequence[tuple[float, float, float, float]]) -> bool:
-    """Whether any two of them (s, d, length, width) are nearer than half of touching in both directions."""
-    for i, (s, d, length, width) in enumerate(bodies):
-        for other_s, other_d, other_length, other_width in bodies[:i]:
-            if abs(s - other_s) < 0.25 * (length + other_length) and abs(d - other_d) < 0.25 * (width + other_width):
-                return True
-    return False
-
-
-def _overlap(a: tuple[float, float], a_size: Size, b: tuple[float, float], b_size: Size, share: float) -> bool:
-    """Whether two bodies aligned with the road are nearer than `share` of touching in both directions."""
-    along = 0.5 * share * (a_size[0] + b_size[0])
-    across = 0.5 * share * (a_size[1] + b_size[1])
-    return abs(a[0] - b[0]) < along and abs(a[1] - b[1]) < across
