@@ -24,8 +24,9 @@ from mcdas_opt import Planner, RadarDetection, Scan, Sector, Settings, Status, V
 from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live.inbox import Arrival
-from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, SilentBusError
+from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings
 from mcdas_opt.interop.live.record import Line, LiveSummary
+from mcdas_opt.interop.live.silence import SilentBusError
 from mcdas_opt.simulation.sensors import mounting
 
 _PERIOD_S, _SPEED_MPS, _ROUND = 0.05, 15.0, 400  # cycles after which the cars are where they were

@@ -32,9 +32,10 @@ from mcdas_opt.interop.live import loop as loop_module
 from mcdas_opt.interop.live import session
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
 from mcdas_opt.interop.live.inbox import Arrival, BusInbox, open_bus
-from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, SilentBusError
+from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings
 from mcdas_opt.interop.live.record import Line
 from mcdas_opt.interop.live.session import live
+from mcdas_opt.interop.live.silence import SilentBusError
 from mcdas_opt.interop.live.watchdog import Watchdog
 from mcdas_opt.interop.recordings.recording import Frame
 from mcdas_opt.planning.planner import Planner
@@ -206,6 +207,27 @@ def test_a_bus_that_falls_silent_is_one_clear_error(sent: list[Frame], said: str
         loop.run(cycles=200)
     assert len(lines) < 45
     assert loop.summary.cycles == len(lines)
+
+
+@pytest.mark.parametrize("stopped", [False, True], ids=["the lines are not read", "the process is stopped"])
+def test_time_in_which_the_loop_did_not_listen_is_no_silence(stopped: bool) -> None:
+    """Six times the patience, twice: in a stopped process nobody takes frames either, and the next come a cycle later."""
+    inbox, lines = Clockwork(frames(traffic(10.0))), list[Line]()
+
+    def publish(line: Line) -> None:
+        lines.append(line)
+        if line.cycle in (10, 25):
+            inbox.now += 3.0
+            if stopped:
+                inbox._left = [arrival for arrival in inbox._left if arrival.t_s > inbox.now + 1.5 * PERIOD_S]
+
+    settings, planner = LiveSettings(silence_s=0.5), Planner(settings=Settings(cycle_s=PERIOD_S))
+    loop = LiveLoop(inbox, {"can0": Sector.FRONT}, planner, publish, codec=CODEC, sensor=ESR, settings=settings, clock=inbox.clock)
+    assert loop.run(cycles=40).cycles == 40
+    assert lines[-1].silent == ()
+    with pytest.raises(SilentBusError, match=r"no frame any more for 0\.5 s"):
+        loop.run()
+    assert inbox.now < 11.0
 
 
 def test_one_of_two_radars_may_fall_silent_and_is_named() -> None:

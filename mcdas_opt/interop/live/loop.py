@@ -13,12 +13,12 @@ from mcdas_opt.domain.rules import non_negative, positive, require, within
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Alert, Role, Sector, Status
-from mcdas_opt.errors import InputError
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.host_motion import LiveHost
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
 from mcdas_opt.interop.live.inbox import Inbox
 from mcdas_opt.interop.live.record import FAULT, LATE, WAITING, Line, LiveSummary
+from mcdas_opt.interop.live.silence import Silence
 from mcdas_opt.interop.live.watchdog import Watchdog
 from mcdas_opt.interop.replay_record import SeenTrack
 from mcdas_opt.planning.planner import Planner
@@ -27,10 +27,6 @@ from mcdas_opt.situation.roles import assign_roles
 
 Publish = Callable[[Line], None]
 _LATEST = 72_000  # cycles, an hour of them at 20 Hz, of which the times are kept
-
-
-class SilentBusError(InputError):
-    """No bus says anything any more, or what it says is no radar's, or nobody says the host's speed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,9 +88,10 @@ class LiveLoop:
         self._radars = {name: ScanAssembler(sector, codec, planner.vehicle, sensor) for name, sector in radars.items()}
         self._host = LiveHost(planner.road, planner.vehicle)
         self._run = _Run(began_s=clock())
+        self._silence = Silence(self._run.began_s, self.settings.silence_s, self.settings.cycle_s)
 
     def run(self, cycles: int | None = None) -> LiveSummary:
-        """So many cycles, or until interrupted. Raises `SilentBusError` when nothing (more) is heard for `silence_s`."""
+        """So many cycles, or until interrupted. Raises `SilentBusError` when nothing (more) is heard for `silence_s` of listening."""
         run, cycle_s = self._run, self.settings.cycle_s
         beat = 0
         while cycles is None or run.cycles < cycles:
@@ -103,7 +100,8 @@ class LiveLoop:
             for arrival in self._inbox.wait(due):
                 self._radars[arrival.channel].take(arrival)
             now = self._clock()
-            silent = self._silent(now)
+            self._note_speed(now)
+            silent = self._silence.of(self._radars, self._host.heard_s, now)
             line = self._cycle(now, due, silent)
             self._publish(line)
             run.cycles += 1
@@ -132,13 +130,16 @@ class LiveLoop:
             cycle_ms=replace(CycleTimes.of(list(run.took_ms) or [0.0]), max=run.longest_ms),
         )
 
-    def _cycle(self, now: float, due: float, silent: tuple[str, ...]) -> Line:
-        scans = [scan for radar in self._radars.values() for scan in radar.ready(now)]
-        for radar in self._radars.values():
-            if radar.speed is not None and self.settings.speed_mps is None:
-                self._host.note(*radar.speed)
+    def _note_speed(self, now: float) -> None:
         if self.settings.speed_mps is not None:
             self._host.note(now, self.settings.speed_mps)
+            return
+        for radar in self._radars.values():
+            if radar.speed is not None:
+                self._host.note(*radar.speed)
+
+    def _cycle(self, now: float, due: float, silent: tuple[str, ...]) -> Line:
+        scans = [scan for radar in self._radars.values() for scan in radar.ready(now)]
         late_s = max(now - due, 0.0)
         if self._host.heard_s is None:
             return self._line(WAITING, now, None, scans=len(scans), silent=silent, late_s=late_s)
@@ -218,22 +219,3 @@ class LiveLoop:
             situation.tracks, situation.host_lane, host, self._planner.vehicle, road, self._planner.settings.selector
         ).roles
         return tuple(SeenTrack.of(track, host, roles.get(track.id, Role.OTHER)) for track in situation.tracks)
-
-    def _silent(self, now: float) -> tuple[str, ...]:
-        """Channels on which no radar was heard of late; raises when that is all of them, or the host's speed has ended."""
-        patience, began = self.settings.silence_s, self._run.began_s
-
-        def quiet(heard_s: float | None) -> bool:
-            return now - (began if heard_s is None else heard_s) > patience
-
-        silent = tuple(name for name, radar in self._radars.items() if quiet(radar.radar_heard_s))
-        names = ", ".join(self._radars)
-        if len(silent) == len(self._radars):
-            if all(quiet(radar.heard_s) for radar in self._radars.values()):
-                said = "no frame" if all(radar.heard_s is None for radar in self._radars.values()) else "no frame any more"
-            else:
-                said = "frames, but no ESR track frame (0x500 to 0x53F)"
-            raise SilentBusError(names, "", None, f"is silent: {said} for {patience:g} s")
-        if self.settings.speed_mps is None and quiet(self._host.heard_s):
-            raise SilentBusError(names, "", None, f"says no host speed (ESR_Status1, 0x4E0) for {patience:g} s: pass --speed")
-        return silent
