@@ -9,7 +9,7 @@ import typer
 from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, check_picture, console, facts_table, give, headed_table, number
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, blaming
 
 if TYPE_CHECKING:
     from mcdas_opt.domain.parking import Parking
@@ -45,6 +45,7 @@ def park(
     from mcdas_opt.parking.case_file import load_parking_case
     from mcdas_opt.parking.closed_form import CLOSED_FORMS
     from mcdas_opt.parking.cost import costs_named
+    from mcdas_opt.parking.park import check_planner
     from mcdas_opt.parking.park import park as run
     from mcdas_opt.parking.program.exchange import ExchangeSettings
     from mcdas_opt.parking.settings import ParkSettings
@@ -54,6 +55,7 @@ def park(
         options.unread(context, ("cost", "guesses", "checks", "solver", "budget"), f"{planner}, which minimises nothing")
     elif planner == "search":
         options.unread(context, ("guesses", "checks", "solver"), "search, only by nlp")
+    check_planner(planner)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     settings = ParkSettings(
         costs=costs_named(cost),
@@ -63,7 +65,7 @@ def park(
     )
     if solver == "fatrop" and (checks == "duals" or settings.costs.clearance > 0.0):
         raise InputError("--solver", "", solver, "is asked neither with --checks duals nor with --cost clearance: ipopt is")
-    with progress_bar("park"):
+    with progress_bar("park"), blaming(case):
         answer = run(problem, planner, settings=settings)
     is_there = answer.trajectory is not None or (out is not None and out.suffix.lower() == ".html")
     give(answer, lambda: _print(answer, f"{planner}: {case}"), out if is_there else None, as_json=as_json)

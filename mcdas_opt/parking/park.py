@@ -16,7 +16,7 @@ from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import require_type_if_given
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
-from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.errors import ParameterError, blaming, nearest
 from mcdas_opt.parking.case_file import the_case
 from mcdas_opt.parking.case_variants import lengthened
 from mcdas_opt.parking.closed_form import CLOSED_FORMS
@@ -50,13 +50,16 @@ def park(
     place of the case's own. `planner` is one of `PLANNERS`; a case without an answer gives a refusal, which is a value.
 
     Raises `ParameterError` for an unknown planner, for a vehicle beside a `ParkingCase`, which has its own, and for a case that takes
-    longer than anybody parks, or is farther to the side than a closed form reaches; `InputError` for a case file that is none, and for a
-    car that does not fit into it.
+    longer than anybody parks, or is farther to the side than a closed form reaches (`InputError` where it is a file's); `InputError` for
+    a case file that is none, and for a car that does not fit into it.
     """
-    if not isinstance(planner, str) or planner not in PLANNERS:
-        raise ParameterError("planner", planner, f"is unknown; {nearest(planner, PLANNERS)}")
-    case = the_case(case, vehicle)
+    check_planner(planner)
     require_type_if_given("settings", settings, ParkSettings)
+    if not isinstance(case, ParkingCase):
+        found = the_case(case, vehicle)
+        with blaming(case):
+            return park(found, planner, settings=settings)
+    case = the_case(case, vehicle)
     settings = settings or ParkSettings()
     world = World.of(case)
     run = Run(case, world, settings.costs, settings.time_budget_s)
@@ -69,6 +72,12 @@ def park(
     if planner == "nlp":
         improve_paths(run, settings, paths)
     return _refused(run, settings, planner, searched) if run.best is None else run.planned(planner)
+
+
+def check_planner(planner: object) -> None:
+    """Raises `ParameterError` for what is none of `PLANNERS`."""
+    if not isinstance(planner, str) or planner not in PLANNERS:
+        raise ParameterError("planner", planner, f"is unknown; {nearest(str(planner), PLANNERS)}")
 
 
 def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], Searched]:

@@ -132,8 +132,8 @@ def sampled(case: ParkingCase, t: Array, v: Array, delta: Array) -> ParkingTraje
     """The trajectory that is linear in speed and steering between the knots, sampled at most 0.05 s apart, knots included. Raises
     `ParameterError` where it lasts for longer than anybody parks."""
     if not t[-1] <= _LONGEST_S:
-        rule = f"must last no longer than {_LONGEST_S:g} s: the limits are too low for this case"
-        raise ParameterError("the drive", float(t[-1]), rule, "s")
+        rule = f"the drive must last no longer than {_LONGEST_S:g} s: they are too low for this case"
+        raise ParameterError("limits", float(t[-1]), rule, "s")
     keep = np.concatenate([[True], np.diff(t) > 1e-7])
     keep[-1] = True
     t, v, delta = t[keep], v[keep], delta[keep]

@@ -15,7 +15,7 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.case_file import parking_case_from_document
-from mcdas_opt.parking.park import PLANNERS, park
+from mcdas_opt.parking.park import check_planner, park
 from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.plotting.plane import rounded
 from mcdas_opt.plotting.player import parking_document
@@ -126,8 +126,7 @@ def bounds(case: ParkingCase) -> list[float]:
 
 def parked(case: ParkingCase, planner: str) -> dict[str, Any]:
     """A planner's answer to the case, as the script draws it."""
-    if planner not in PLANNERS:
-        raise ParameterError("planner", planner, nearest(planner, PLANNERS))
+    check_planner(planner)
     answer = park(case, planner, settings=ParkSettings(time_budget_s=_BUDGET_S))
     document = parking_document(case, answer)
     document["yard"]["bounds"] = rounded(bounds(case))

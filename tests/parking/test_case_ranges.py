@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 import mcdas_opt as mo
 from mcdas_opt.domain.parking import ParkingLimits
 from mcdas_opt.parking.park import PLANNERS
+from tests.cli.command_line import run
 
 CASE: dict[str, Any] = {"start": [6.0, 3.0, 0.0], "goal": [0.0, 0.0, 0.0]}
 
@@ -51,6 +53,28 @@ def test_a_sigmoid_that_reaches_as_far_as_no_car_steers_is_refused(aside_m: floa
     case = mo.ParkingCase(start=[6.0, 3.0, 0.0], goal=[0.0, aside_m, 0.0])
     with pytest.raises(mo.ParameterError, match="farther to the side than one sigmoid"):
         mo.park(case, "closed-form-corrected")
+
+
+@pytest.mark.parametrize(
+    ("said", "planner", "key"),
+    [
+        ("[slot]\nlength_m = 999.0\n[limits]\nforward_mps = 0.05\nreverse_mps = 0.05\n", "two-arc", r"limits = \d+.*: the drive must last"),
+        ("[slot]\nlength_m = 6.0\nstreet_m = 900.0\n[start]\ny_m = 100.0\n", "closed-form-corrected", r"goal = 101\.05.*: is farther"),
+    ],
+    ids=["too long", "too far aside"],
+)
+def test_a_file_whose_case_nobody_drives_is_named(
+    said: str, planner: str, key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "slot.toml"
+    file.write_text(said)
+    with pytest.raises(mo.InputError, match=rf"slot\.toml: {key}"):
+        mo.park(file, planner)
+    code, _, told = run(monkeypatch, capsys, "park", str(file), "--planner", planner)
+    assert code == 2
+    assert re.search(rf"slot\.toml: {key}", told)
+    with pytest.raises(mo.ParameterError, match=r"^planner = 'nobody': is unknown"):
+        mo.park(file, "nobody")
 
 
 def test_answers_far_from_the_origin_are_those_at_it() -> None:
