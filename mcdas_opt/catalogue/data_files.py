@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -61,9 +62,18 @@ def not_shipped(name: str, what: str, known: Sequence[str]) -> InputError:
     return InputError(name, "", None, f"no such file, and no shipped {what} of that name; {listed}")
 
 
+def regular_size(path: Path) -> int:
+    """A file's size in bytes. Raises `InputError` for what is no regular file: a pipe that nobody writes to would be waited for."""
+    with reading(path):
+        found = path.stat()
+    if not stat.S_ISREG(found.st_mode):
+        raise InputError(path, "", None, "cannot be read: is no regular file")
+    return found.st_size
+
+
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
     """A file of at most `largest` characters; of a larger one no more than that is read. Raises `InputError` that names it."""
-    check_file_name(path)
+    regular_size(path)
     try:
         with path.open(encoding="utf-8-sig") as file:  # spreadsheets write a byte order mark
             text = file.read(largest + 1)
@@ -76,6 +86,7 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
 
 def read_bytes(path: Path, largest: int = LARGEST_RECORDING) -> bytes:
     """A file of at most `largest` bytes; of a larger one no more than that is read. Raises `InputError` that names it."""
+    regular_size(path)
     with reading(path), path.open("rb") as file:
         content = file.read(largest + 1)
     if len(content) > largest:

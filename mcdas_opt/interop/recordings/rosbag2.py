@@ -15,7 +15,7 @@ import numpy as np
 
 from mcdas_opt.errors import of_extra
 from mcdas_opt.interop.recordings.messages import Message, MessageRecording, time_of
-from mcdas_opt.interop.recordings.recording import FOLDER, understood
+from mcdas_opt.interop.recordings.recording import FOLDER, check_size, understood
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
@@ -67,9 +67,15 @@ class Rosbag2Recording(MessageRecording):
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
+        check_size(self._folder)
         with self._open() as reader:
             known = reader.typestore.fielddefs
             self._types = {one.topic: str(one.msgtype) for one in reader.connections if one.msgtype in known}
+
+    @property
+    def _folder(self) -> Path:
+        path = Path(self.path)
+        return path if path.is_dir() else path.parent
 
     def types(self) -> Mapping[str, str]:
         return self._types
@@ -86,8 +92,7 @@ class Rosbag2Recording(MessageRecording):
         store = type_store()
         with of_extra("rosbags", "ros"):
             from rosbags.highlevel import AnyReader
-        path = Path(self.path)
-        with understood(path, "a bag of ROS 2"), AnyReader([path.parent if path.is_file() else path], default_typestore=store) as reader:
+        with understood(self.path, "a bag of ROS 2"), AnyReader([self._folder], default_typestore=store) as reader:
             yield reader
 
 
