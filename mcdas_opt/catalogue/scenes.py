@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -185,7 +186,7 @@ class Scene(Part):
     @classmethod
     def _names(cls, neighbours: list[NeighbourPart]) -> list[NeighbourPart]:
         names = [n.name for n in neighbours if n.name]
-        twice = next((n for n in names if names.count(n) > 1), None)
+        twice = next((n for n, often in Counter(names).items() if often > 1), None)
         if twice is not None:
             raise ValueError(f"two neighbours are called {twice!r}")
         return neighbours
@@ -376,23 +377,17 @@ def _check_values(scene: Scene, path: Path) -> None:
     if not low < host.d_m < high:
         raise InputError(path, "host.d_m", host.d_m, f"is off the road [{low:g}, {high:g}] m")
     frame = FrenetFrame(road=road)
-    zero = np.zeros(1)
-
-    def body(s: float, d: float, psi: float, length: float, width: float) -> Array:
-        x, y, yaw = frame.to_plane(zero + s, zero + d, zero + psi)
-        return corners(x, y, yaw, length, width)
-
-    bodies = [("host", body(0.0, host.d_m, host.heading_rad, vehicle.length_m, vehicle.width_m))]
-    for index, neighbour in enumerate(scene.neighbour):
-        s, d, psi, v = neighbour.initial
+    starts = [(0.0, host.d_m, host.heading_rad, host.speed_mps), *(neighbour.initial for neighbour in scene.neighbour)]
+    sizes = np.array([(vehicle.length_m, vehicle.width_m), *((car.length_m, car.width_m) for car in scene.neighbour)])
+    bodies = corners(*frame.to_plane(*np.array(starts)[:, :3].T), *sizes.T)
+    for index, (s, _, _, v) in enumerate(starts[1:]):
         key = f"neighbour[{index}]"
         if v > 100.0:
             raise InputError(path, f"{key}.speed_mps", v, "exceeds 100 m/s (speeds are m/s, not km/h)")
         if not frame.s_min_m < s < frame.s_max_m:
             raise InputError(path, f"{key}.s_m", s, f"must lie in ({frame.s_min_m:g}, {frame.s_max_m:g}) m")
-        shape = body(s, d, psi, neighbour.length_m, neighbour.width_m)
-        for other, other_shape in bodies:
-            depth = -float(separation(shape, other_shape)[0])
-            if depth > 0.0:
-                raise InputError(path, f"{key}.s_m", s, f"overlaps {other} at the start by {depth:.2f} m")
-        bodies.append((f"{key} ({scene.neighbour_name(index)})", shape))
+        apart = separation(bodies[index + 1], bodies[: index + 1])
+        if apart.min() < 0.0:
+            one = int(np.argmax(apart < 0.0))  # the first of them
+            other = "host" if one == 0 else f"neighbour[{one - 1}] ({scene.neighbour_name(one - 1)})"
+            raise InputError(path, f"{key}.s_m", s, f"overlaps {other} at the start by {-apart[one]:.2f} m")
