@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from mcdas_opt.catalogue.data_files import models_folder, read_toml, shipped
@@ -13,6 +14,7 @@ from mcdas_opt.evaluation.table import CSV, TIMINGS
 
 _MOST_FILES = 400
 _OUTSIDE = "lies outside of the folder that the studio was started with"
+_TELLING = frozenset({"host", "wheelbase_m", "slot", "goal", "obstacle"})
 _MOST_SEEN, _DEEPEST = 20_000, 5
 
 
@@ -72,15 +74,16 @@ class Folder:
 
     def scenes(self) -> list[str]:
         """Files that hold a scene: those with a host."""
-        return [name for name in self.names(".toml") if self._holds(name, "host")]
+        return [name for name in self.names(".toml") if "host" in self.holds(name)]
 
     def vehicles(self) -> list[str]:
         """Files that hold a vehicle."""
-        return [name for name in self.names(".toml") if self._holds(name, "wheelbase_m")]
+        return [name for name in self.names(".toml") if "wheelbase_m" in self.holds(name)]
 
     def cases(self) -> list[str]:
         """Files that hold a parking case."""
-        return [name for name in self.names(".toml") if self._holds(name, "slot", "goal", "obstacle") and not self._holds(name, "host")]
+        held = {name: self.holds(name) for name in self.names(".toml")}
+        return [name for name, keys in held.items() if keys & {"slot", "goal", "obstacle"} and "host" not in keys]
 
     def logs(self) -> list[str]:
         """Files that may be recordings of radar; what lies beside one or is a benchmark's is none."""
@@ -97,7 +100,7 @@ class Folder:
         check_file_name(name)
         if not self._inside(path):
             raise InputError(name, "", None, _OUTSIDE)
-        if path.exists() and not self._holds(name, "host"):
+        if path.exists() and "host" not in self.holds(name):
             raise InputError(name, "", None, "is there already, and holds no scene: choose another name")
         with writing(name):
             try:
@@ -106,11 +109,14 @@ class Folder:
             except FileExistsError:
                 raise ExistsError(name, "", None, "is there already: replace it, or choose another name") from None
 
-    def _holds(self, name: str, *keys: str) -> bool:
+    def holds(self, name: str) -> frozenset[str]:
+        """The outermost keys of a file by which it is known what it holds; read once as long as its time and size stay."""
+        path = self.root / name
         try:
-            return bool(set(keys) & set(read_toml(self.root / name)))
-        except InputError:
-            return False
+            found = path.stat()
+        except OSError:
+            return frozenset()
+        return _keys_of(path, found.st_mtime_ns, found.st_size)
 
     def confine(self, document: object, source: Path) -> None:
         """Refuses a scene or a case that names files outside of the folder: its vehicle, its sensors, its recorded trajectories.
@@ -129,6 +135,14 @@ class Folder:
                 raise InputError(source.name, key, name, error.rule) from None
             if not self._inside(beside / name) or (Path(name).exists() and not self._inside(Path(name))):
                 raise InputError(source.name, key, name, _OUTSIDE)
+
+
+@lru_cache(maxsize=4 * _MOST_FILES)
+def _keys_of(path: Path, mtime_ns: int, size: int) -> frozenset[str]:
+    try:
+        return _TELLING & read_toml(path).keys()
+    except InputError:
+        return frozenset()
 
 
 def _named(document: dict[str, object]) -> list[tuple[str, str | None, str]]:
