@@ -15,6 +15,7 @@ from mcdas_opt.evaluation.table import CSV, TIMINGS
 _MOST_FILES = 400
 _OUTSIDE = "lies outside of the folder that the studio was started with"
 _TELLING = frozenset({"host", "wheelbase_m", "slot", "goal", "obstacle"})
+_LARGEST_LISTED = 300_000  # bytes; larger ones are opened by name
 _MOST_SEEN, _DEEPEST = 20_000, 5
 
 
@@ -110,7 +111,8 @@ class Folder:
                 raise ExistsError(name, "", None, "is there already: replace it, or choose another name") from None
 
     def holds(self, name: str) -> frozenset[str]:
-        """The outermost keys of a file by which it is known what it holds; read once as long as its time and size stay."""
+        """The outermost keys of a file by which it is known what it holds, none of a very large one; read once as long as its time and
+        size stay."""
         path = self.root / name
         try:
             found = path.stat()
@@ -139,6 +141,8 @@ class Folder:
 
 @lru_cache(maxsize=4 * _MOST_FILES)
 def _keys_of(path: Path, mtime_ns: int, size: int) -> frozenset[str]:
+    if size > _LARGEST_LISTED:
+        return frozenset()
     try:
         return _TELLING & read_toml(path).keys()
     except InputError:

@@ -14,11 +14,12 @@ from mcdas_opt.parking.park import PLANNERS as PARKERS
 from mcdas_opt.plotting.web import palette, script, style_sheet
 from mcdas_opt.studio import parking_tab
 from mcdas_opt.studio.connection import Connection
-from mcdas_opt.studio.form import form
 from mcdas_opt.studio.knobs import KNOBS, Knob
-from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio, looks
+from mcdas_opt.studio.page_session import PageSession
+from mcdas_opt.studio.parking_session import ParkingSession
 from mcdas_opt.studio.request_filter import LARGEST_BODY
 from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.studio import Studio, looks
 
 _WEB = Path(__file__).resolve().parent / "web"
 _SCRIPTS = (
@@ -33,6 +34,7 @@ _SCRIPTS = (
     "sandwich_tab.js",
     "parking_tab.js",
 )
+_LISTED_S = 60.0  # how long the first page of a large folder may take
 Handler = Callable[[Mapping[str, Any]], Awaitable[None] | None]
 
 
@@ -93,6 +95,7 @@ def register(studio: Studio) -> None:
 
     async def _page() -> None:
         key = uuid.uuid4().hex
+        listed = await studio.listing(key)
         ui.add_head_html(f'<link rel="stylesheet" href="/studio/pictures.css?{__version__}">')
         ui.add_head_html(f'<script src="/studio/pictures.js?{__version__}"></script>')
         ui.add_body_html('<p class="mcdas-loading" role="status">loading the studio …</p>')  # until its scripts are there
@@ -108,13 +111,13 @@ def register(studio: Studio) -> None:
                     {
                         "knobs": _knobs(KNOBS),
                         "planners": looks(studio.planners({})),
-                        "files": sandwich.data_files(),
-                        "form": form(studio.folder),
+                        "files": listed.scenes,
+                        "form": listed.form,
                         "upload": {"url": f"/studio/file?page={key}", "most": LARGEST_BODY},
                     },
                 )
             with ui.tab_panel(place):
-                yard = put(parking_view, {"knobs": _knobs(parking_tab.KNOBS), "planners": list(PARKERS), "files": parking.data_files()})
+                yard = put(parking_view, {"knobs": _knobs(parking_tab.KNOBS), "planners": list(PARKERS), "files": listed.cases})
         to_sandwich, to_parking = connection_of(stage), connection_of(yard)
         session = PageSession(studio, sandwich, to_sandwich)
         parking_session = ParkingSession(studio, parking, to_parking)
@@ -144,14 +147,14 @@ def register(studio: Studio) -> None:
             yard,
             to_parking,
             {
-                "ready": lambda _: parking_session.tell(parking.opened()),
+                "ready": lambda _: parking_session.ready(),
                 "open": parking_session.open,
                 "park": parking_session.park,
                 "save": lambda wish: parking_session.save(wish, download_to(yard)),
             },
         )
 
-    ui.page("/", title="mcdas-opt studio")(_page)
+    ui.page("/", title="mcdas-opt studio", response_timeout=_LISTED_S)(_page)
 
 
 def _knobs(knobs: tuple[Knob, ...]) -> list[dict[str, Any]]:

@@ -3,89 +3,24 @@
 from __future__ import annotations
 
 import asyncio
-import tempfile
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import McdasError
 from mcdas_opt.plotting.outlook import Outlook
-from mcdas_opt.plotting.web import PLANNERS, look_of
 from mcdas_opt.studio.connection import Connection
-from mcdas_opt.studio.folder import ExistsError, Folder
-from mcdas_opt.studio.parking_tab import LIVE, ParkingTab
-from mcdas_opt.studio.planner_cache import methods
-from mcdas_opt.studio.sandwich_tab import SandwichTab
-from mcdas_opt.studio.turns import Turns, waiting, with_signs
-from mcdas_opt.studio.worker_pool import StoppedError, WorkerPool
+from mcdas_opt.studio.edits import WaitingEdits
+from mcdas_opt.studio.folder import ExistsError
+from mcdas_opt.studio.planner_cache import Question
+from mcdas_opt.studio.sandwich_tab import Looked, SandwichTab
+from mcdas_opt.studio.studio import Studio, looks
+from mcdas_opt.studio.turns import waiting, with_signs
+from mcdas_opt.studio.worker_pool import StoppedError
 
-
-class Studio:
-    """Everything that the pages of one server share: the folder, the processes that answer, the sessions of open pages.
-
-    What changes a page's state and takes longer than an answer (files, logs) is done on one thread, a page's after another's.
-    """
-
-    def __init__(self, folder: Folder) -> None:
-        self.folder = folder
-        self.workers = WorkerPool(methods())
-        self.thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
-        self.turns = Turns()  # of that thread
-        self.sessions: dict[str, PageSession] = {}
-        self._installed: tuple[str, ...] | None = None
-
-    async def warm(self) -> None:
-        """Lets the processes start and build their solvers before anybody asks; what every page shows first is answered then."""
-        async for _ in self.workers.answer(SandwichTab(self.folder).question(), self.planners({})):
-            pass
-        await self.installed()
-
-    async def installed(self) -> tuple[str, ...]:
-        """The planners that can be built here."""
-        if self._installed is None:
-            self._installed = await self.workers.installed()
-        return self._installed
-
-    def planners(self, wish: Mapping[str, Any]) -> list[str]:
-        """Those that the page wishes, as far as they are known; by default ours."""
-        wished = wish.get("planners", tuple(PLANNERS))
-        return [name for name in self.workers.planners if isinstance(wished, (list, tuple)) and name in wished]
-
-    def problem(self, error: McdasError) -> dict[str, str]:
-        """What went wrong, for the page; files are called by their names in their folders."""
-        text = str(error)
-        for folder in (self.folder.root, models_folder()):
-            text = text.replace(f"{folder}/", "")
-        return {"part": "problem", "text": text}
-
-    def close(self) -> None:
-        for session in self.sessions.values():
-            session.stop()
-        self.workers.close()
-        self.thread.shutdown(wait=False, cancel_futures=True)
-
-    async def compute(self, work: Callable[[], Any], page: Hashable) -> Any:
-        """Runs `work` on the studio's thread, when it is this page's turn."""
-        async with self.turns.turn(page):
-            return await asyncio.get_running_loop().run_in_executor(self.thread, work)
-
-    async def receive(self, key: str, name: str, body: bytes) -> dict[str, Any]:
-        """A file that a page sent, opened in that page's session."""
-        session = self.sessions.get(key)
-        if session is None:
-            return {"error": "this page is no longer known: load it again"}
-        with tempfile.TemporaryDirectory(prefix="mcdas-studio-") as folder:
-            suffix = Path(name).suffix.lower()
-            file = Path(folder) / f"sent{suffix if suffix.isascii() and len(suffix) < 8 else ''}"
-            file.write_bytes(body)
-            try:
-                session.waiting = await self.compute(lambda: session.tab.receive(file, Path(name).name), session)
-            except McdasError as error:
-                return {"error": self.problem(error)["text"]}
-        return {"name": name}
+_LONG = ("log", "shipped-log", "results")  # what takes long to open
+T = TypeVar("T")
 
 
 class PageSession:
@@ -96,13 +31,14 @@ class PageSession:
         self.waiting: dict[str, Any] | None = None
         self._stopped = False
         self._asking: asyncio.Task[Any] | None = None
+        self._edits = WaitingEdits()
 
     async def ready(self, wish: Mapping[str, Any]) -> None:
         """The page has been drawn: shows what its link holds, else the first scene; and which planners can be built here, once known."""
         told: list[dict[str, Any]] = []
         if wish.get("link"):
             try:
-                self.tab.open("link", str(wish["link"]))
+                await self._look(await self._read("link", str(wish["link"])))
             except McdasError as error:
                 told.append(self.studio.problem(error))
         for part in (self.tab.opened(), *told):
@@ -111,15 +47,35 @@ class PageSession:
             self.tell({"part": "planners", "planners": looks(await self.studio.installed())})
 
     async def open(self, wish: Mapping[str, Any]) -> None:
+        async def opened() -> dict[str, Any]:
+            return await self._look(await self._read(str(wish.get("kind")), str(wish.get("name"))))
+
+        await with_signs(self._safely(opened(), self.tell), lambda: self._waits("opening"))
+        self.tell({"part": "stopped"})
+
+    async def sent(self, file: Path, name: str) -> dict[str, Any]:
+        """Opens a file that the page sent. Raises `McdasError`."""
+        if name.lower().endswith(".toml"):
+            return await self._look(await self.studio.reading.do(lambda: self.tab.read_sent(file, name), self))
+        return await self._look(await self.studio.workers.read(self.studio.folder, "", name, self._progress(), self, file))
+
+    async def _read(self, kind: str, name: str) -> Looked:
+        if kind in _LONG:
+            return await self.studio.workers.read(self.studio.folder, kind, name, self._progress(), self)
+        return await self.studio.reading.do(lambda: self.tab.read(kind, name), self)
+
+    async def _look(self, at: Looked) -> dict[str, Any]:
+        return await self.studio.editing.do(lambda: self.tab.look(at), self)
+
+    def _progress(self, before: int = 0, parts: int = 1) -> Callable[[int, int], bool]:
+        """Tells the page how far work on another thread is, after `before` of so many parts; false once it has left."""
         loop = asyncio.get_running_loop()
 
-        def progress(done: int, of: int) -> None:
-            if done % 20 == 0:
-                loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": done, "of": of})
+        def go_on(done: int, of: int) -> bool:
+            loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": before * of + done, "of": parts * of})
+            return self.connection.open
 
-        opened = self._safely(lambda: self.tab.open(str(wish.get("kind")), str(wish.get("name")), progress), self.tell)
-        await with_signs(opened, lambda: self._waits("opening"))
-        self.tell({"part": "stopped"})
+        return go_on
 
     def uploaded(self) -> None:
         if self.waiting is not None:
@@ -133,10 +89,8 @@ class PageSession:
         self._ask_no_longer()
         mine = self._asking = asyncio.current_task()
         try:
-            self._edit(wish)
-            self.tell(self.tab.state())
-            question = self.tab.question(wish.get("moment"))
-            self.tell({"part": "picture", "name": question.name, **Outlook(question.situation, question.vehicle).document()})
+            self._note(wish)
+            question = await with_signs(self._shown(wish.get("moment")), lambda: self._waits("editing"))
             async for part in self.studio.workers.answer(question, self.studio.planners(wish), self):
                 self.tell(part)
         except McdasError as error:
@@ -148,28 +102,54 @@ class PageSession:
             self.tell({"part": "done", "token": token})
             self._asking = None if self._asking is mine else self._asking
 
-    def _edit(self, wish: Mapping[str, Any]) -> None:
-        """What was edited since the last wish. An edit that makes no scene is told, and changes nothing."""
+    async def _shown(self, moment: object) -> Question:
+        """Tells the state and the picture after the edits; the question that is then to be answered."""
+        await self._edit()
+        self.tell(await self.studio.editing.do(self.tab.state, self))
+
+        def pictured() -> tuple[Question, dict[str, Any]]:
+            question = self.tab.question(moment)
+            return question, Outlook(question.situation, question.vehicle).document()
+
+        question, picture = await self.studio.editing.do(pictured, self)
+        self.tell({"part": "picture", "name": question.name, **picture})
+        return question
+
+    def _note(self, wish: Mapping[str, Any]) -> None:
+        """What was edited since the last wish, to be done before anything else; too much of it is told, and not done."""
         actions = wish.get("actions")
-        for action in actions if isinstance(actions, list) else []:
+        try:
+            self._edits.add(actions if isinstance(actions, list) else [])
+        except McdasError as error:
+            self.tell(self.studio.problem(error))
+
+    async def _edit(self, wish: Mapping[str, Any] | None = None) -> None:
+        """Does what was noted, an edit a turn; whoever is waited for no longer leaves the rest to the next wish."""
+        self._note(wish or {})
+        loop = asyncio.get_running_loop()
+
+        def one() -> None:
+            action = self._edits.take()
             try:
-                self.tab.act(action if isinstance(action, Mapping) else {})
-            except McdasError as error:
-                self.tell(self.studio.problem(error))
+                if action is not None:
+                    self.tab.act(action)
+            except McdasError as error:  # makes no scene, and changes nothing
+                loop.call_soon_threadsafe(self.tell, self.studio.problem(error))
+
+        while self._edits:
+            await self.studio.editing.do(one, self)
 
     async def drive(self, wish: Mapping[str, Any]) -> None:
         """Drives the closed loop to its end with each of the planners, telling how far it is; `stop` ends it."""
-        loop = asyncio.get_running_loop()
         self._stopped = False
-        self._edit(wish)
+        await self._edit(wish)
         planners, scene, settings = self.studio.planners(wish), self.tab.at.scene, self.tab.settings
 
         for number, planner in enumerate(planners):
+            progress = self._progress(number, len(planners))
 
-            def go_on(done: int, of: int, number: int = number) -> bool:
-                told = {"part": "progress", "done": number * of + done, "of": len(planners) * of}
-                loop.call_soon_threadsafe(self.tell, told)
-                return not self._stopped
+            def go_on(done: int, of: int, progress: Callable[[int, int], bool] = progress) -> bool:
+                return progress(done, of) and not self._stopped
 
             try:
                 drive = await with_signs(self.studio.workers.drive(scene, planner, settings, go_on, self), lambda: self._waits("driving"))
@@ -195,73 +175,30 @@ class PageSession:
             asking.cancel()
 
     def _waits(self, what: str) -> None:
-        self.tell(waiting(what, max(self.studio.workers.before(self), self.studio.turns.before(self))))
+        self.tell(waiting(what, self.studio.before(self)))
 
     async def download(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
-        self._edit(wish)
-        await self._safely(self.tab.toml, lambda named: download(*named))
+        await self._edit(wish)
+        await self._safely(self.studio.editing.do(self.tab.toml, self), lambda named: download(*named))
 
     async def save(self, wish: Mapping[str, Any]) -> None:
         """Writes the scene into the folder; over another one only when that is wished."""
-        self._edit(wish)
+        await self._edit(wish)
 
-        def saved(name: str) -> None:
-            self.tell({"part": "saved", "name": name, "files": self.tab.data_files()})
+        async def saved() -> dict[str, Any]:
+            name = await self.studio.editing.do(lambda: self.tab.save(str(wish.get("name")), replace=wish.get("replace") is True), self)
+            return {"part": "saved", "name": name, "files": (await self.studio.listing(self)).scenes}
 
         try:
-            await self._safely(lambda: self.tab.save(str(wish.get("name")), replace=wish.get("replace") is True), saved)
+            await self._safely(saved(), self.tell)
         except ExistsError as error:
             self.tell({"part": "exists", "text": str(error)})
 
-    async def _safely(self, work: Callable[[], Any], then: Callable[[Any], None]) -> None:
-        """`work` on the studio's thread, its outcome to `then`; bad input is told to the page."""
+    async def _safely(self, work: Awaitable[T], then: Callable[[T], None]) -> None:
+        """The outcome of `work` to `then`; bad input is told to the page."""
         try:
-            then(await self.studio.compute(work, self))
+            then(await work)
         except ExistsError:
             raise
         except McdasError as error:
             self.tell(self.studio.problem(error))
-
-
-class ParkingSession:
-    """The parking tab of an open page: hears its events, and tells it the parts of answers."""
-
-    def __init__(self, studio: Studio, tab: ParkingTab, connection: Connection) -> None:
-        self.studio, self.tab, self.tell = studio, tab, connection.tell
-
-    async def open(self, wish: Mapping[str, Any]) -> None:
-        try:
-            self.tell(self.tab.open(str(wish.get("kind")), str(wish.get("name"))))
-        except McdasError as error:
-            self.tell(self.studio.problem(error))
-
-    async def park(self, wish: Mapping[str, Any]) -> None:
-        """While the user drags (`live`) the quick planner answers; else the one that is asked for, the search before the program."""
-        planner = str(wish.get("planner"))
-        try:
-            case = self.tab.case(_values(wish))
-            self.tell({"part": "place", **self.tab.place(case)})
-            for name in (LIVE,) if wish.get("live") else ("search", "nlp") if planner == "nlp" else (planner,):
-                parked = self.studio.workers.park(case, name, self)
-                self.tell(await with_signs(parked, lambda: self.tell(waiting("planning", self.studio.workers.before(self)))))
-        except McdasError as error:
-            self.tell(self.studio.problem(error))
-        finally:
-            self.tell({"part": "done", "token": wish.get("token")})
-
-    async def save(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
-        try:
-            download(*self.tab.toml(_values(wish)))
-        except McdasError as error:
-            self.tell(self.studio.problem(error))
-
-
-def looks(names: Sequence[str]) -> list[dict[str, Any]]:
-    """Every planner with its look; ours are shown, the others when they are asked for."""
-    others = [name for name in names if name not in PLANNERS]
-    return [{"name": name, "shown": name in PLANNERS, **look_of(name, others)} for name in names]
-
-
-def _values(wish: Mapping[str, Any]) -> dict[str, object]:
-    values = wish.get("values")
-    return dict(values) if isinstance(values, Mapping) else {}

@@ -11,9 +11,9 @@ from mcdas_opt.catalogue.data_files import read_toml, shipped
 from mcdas_opt.catalogue.scene_file import scene_document, scene_file
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.settings import Settings, SigmoidSettings
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, ParameterError, blaming
 from mcdas_opt.studio import logs, results
-from mcdas_opt.studio.edits import History, edited
+from mcdas_opt.studio.edits import History, check_size, edited
 from mcdas_opt.studio.folder import Folder, download_name, shipped_file
 from mcdas_opt.studio.handles import handles
 from mcdas_opt.studio.knobs import KNOBS, SIGMOID, positions, sigmoid_of
@@ -59,38 +59,44 @@ class SandwichTab:
             {"label": "benchmark results of the folder", "kind": "results", "names": self.folder.results()},
         ]
 
-    def open(self, kind: str, name: str, progress: Progress | None = None) -> dict[str, Any]:
-        """Opens one of the data files, or what a link holds. Raises `InputError` for what is not there, or lies outside of the folder."""
-        if kind == "shipped":
-            self._look(_scene(shipped_file("scenes", name)))
-        elif kind == "scene":
-            self._look(self._confined(self.folder.file(name), name))
-        elif kind == "link":
-            self._look(self._linked(document_in(name)))
-        elif kind == "shipped-log":
-            self._look(self._log(shipped_file("logs", name, ".log"), name, progress))
-        elif kind == "log":
-            self._look(self._log(self.folder.file(name), name, progress))
-        elif kind == "results":
-            self._look(self._results(self.folder.file(name), name))
-        elif kind == "row" and self.at.table is not None:
-            self._look(_row(self.at.table, name))
-        else:
-            raise ParameterError("kind", kind, "must be shipped, scene, link, shipped-log, log, results, or row of a table that is open")
-        return self.opened()
+    def open(self, kind: str, name: str) -> dict[str, Any]:
+        """Opens one of the data files, or what a link holds. Raises as `read` does."""
+        return self.look(self.read(kind, name))
 
-    def receive(self, file: Path, name: str, progress: Progress | None = None) -> dict[str, Any]:
-        """Opens a file that the browser sent; `name` is what it was called there. Raises `InputError` that uses that name."""
+    def read(self, kind: str, name: str, progress: Progress | None = None) -> Looked:
+        """One of the data files, or what a link holds; changes nothing. Raises `InputError` for what is not there, or lies outside of the
+        folder."""
+        if kind == "shipped":
+            return _scene(shipped_file("scenes", name))
+        if kind == "scene":
+            return self._confined(self.folder.file(name), name)
+        if kind == "link":
+            return self._linked(document_in(name))
+        if kind == "shipped-log":
+            return self._log(shipped_file("logs", name, ".log"), name, progress)
+        if kind == "log":
+            return self._log(self.folder.file(name), name, progress)
+        if kind == "results":
+            return self._results(self.folder.file(name), name)
+        if kind == "row" and self.at.table is not None:
+            return _row(self.at.table, name)
+        raise ParameterError("kind", kind, "must be shipped, scene, link, shipped-log, log, results, or row of a table that is open")
+
+    def read_sent(self, file: Path, name: str, progress: Progress | None = None) -> Looked:
+        """A file that the browser sent; `name` is what it was called there. Raises `InputError` that uses that name."""
         try:
             if Path(name).suffix.lower() == ".toml":
-                self._look(self._confined(file, name))
-            elif results.is_results(file):
-                self._look(self._results(file, name))
-            else:
-                self._look(self._log(file, name, progress))
+                return self._confined(file, name)
+            return self._results(file, name) if results.is_results(file) else self._log(file, name, progress)
         except InputError as error:
             told = error.file.replace(str(file), name).replace(file.name, name)
             raise InputError(told, error.key, error.value, error.rule) from None
+
+    def look(self, at: Looked) -> dict[str, Any]:
+        """Shows what was read, which can be undone for a scene; what is larger is not kept."""
+        at = at if at.log is None else replace(at, scene=self.at.scene, path=self.at.path)
+        large = at.log is not None or at.table is not None or self.at.log is not None or self.at.table is not None
+        self._history = History(present=at) if large else self._history.then(at)
         return self.opened()
 
     def act(self, action: Mapping[str, Any]) -> None:
@@ -169,11 +175,6 @@ class SandwichTab:
         self._history = self._history.then(Looked(scene=scene_from_document(document, path), path=path, sigmoid=self.at.sigmoid))
         return path.relative_to(self.folder.root).as_posix()
 
-    def _look(self, at: Looked) -> None:
-        """Opening a scene can be undone; what is larger than a scene is not kept."""
-        large = at.log is not None or at.table is not None or self.at.log is not None or self.at.table is not None
-        self._history = History(present=at) if large else self._history.then(at)
-
     def _changed(self, changes: Mapping[str, object]) -> Looked:
         at = self.at
         sigmoid = sigmoid_of(at.sigmoid, changes)
@@ -185,16 +186,15 @@ class SandwichTab:
         document, path = edited(at.scene, rest), at.path
         if not path.is_relative_to(self.folder.root) and not any(car.trajectory for car in at.scene.neighbour):
             path = self.folder.root / path.name  # files that are named from now on are the folder's
-        self.folder.confine(document, path)
-        return replace(at, scene=scene_from_document(document, path), path=path, sigmoid=sigmoid)
+        return replace(at, scene=self._scene(document, path, path), path=path, sigmoid=sigmoid)
 
     def _linked(self, shared: object) -> Looked:
         """What a link holds: `scene`, and the closed form's numbers where they are not the usual ones."""
         if not isinstance(shared, dict) or not isinstance(shared.get("scene"), dict):
             raise InputError(NAME, "scene", None, "missing key")
         path, sigmoid = self.folder.root / NAME, shared.get("sigmoid", {})
-        self.folder.confine(shared["scene"], path)
-        scene = scene_from_document(shared["scene"], path)
+        with blaming(NAME):
+            scene = self._scene(shared["scene"], path, path)
         return Looked(scene=scene, path=path, sigmoid=sigmoid_of(SigmoidSettings(), sigmoid if isinstance(sigmoid, dict) else {}))
 
     def _beside(self) -> Path:
@@ -206,8 +206,14 @@ class SandwichTab:
         if "host" not in document and {"slot", "goal", "obstacle"} & set(document):
             raise InputError(name, "", None, "is a parking case: open it on the parking tab")
         home = path if path.is_relative_to(self.folder.root) else self.folder.root / Path(name).name
+        with blaming(name):
+            return Looked(scene=self._scene(document, path, home), path=home)
+
+    def _scene(self, document: dict[str, Any], path: Path, home: Path) -> Scene:
+        """A scene that comes from outside and is to stand at `home`. Raises `InputError`, `ParameterError` for one that is too large."""
         self.folder.confine(document, home)
-        return replace(_scene(path), path=home)
+        check_size(document)
+        return scene_from_document(document, path)
 
     def _results(self, path: Path, name: str) -> Looked:
         table = results.read(path, name)

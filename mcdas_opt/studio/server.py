@@ -24,7 +24,7 @@ def serve(folder: Path, port: int, *, open_browser: bool, announce: Callable[[],
     with of_extra("nicegui", "web"):
         from nicegui import app, ui
     from mcdas_opt.studio.page import register
-    from mcdas_opt.studio.page_session import Studio
+    from mcdas_opt.studio.studio import Studio
 
     app.add_middleware(RequestFilter)
     studio = Studio(room)

@@ -10,9 +10,10 @@ from typing import Any
 
 from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.errors import InputError
+from mcdas_opt.studio.edits import LARGEST_SCENE
 
 NAME = "shared link"
-_LARGEST = 1_000_000  # bytes of the document
+_LARGEST = LARGEST_SCENE + 1000  # bytes of the document, with the closed form's numbers
 
 
 def link_of(document: dict[str, Any]) -> str:
@@ -22,7 +23,7 @@ def link_of(document: dict[str, Any]) -> str:
 
 
 def document_in(link: str) -> Any:
-    """The document of a link. Raises `InputError` for what is none, or unpacks to more than a megabyte."""
+    """The document of a link. Raises `InputError` for what is none, or unpacks to more than a scene may be."""
     try:
         packed = base64.b64decode(link + "=" * (-len(link) % 4), altchars=b"-_", validate=True)
         unpacking = zlib.decompressobj()

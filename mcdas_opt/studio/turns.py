@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Hashable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from typing import Any, TypeVar
 
@@ -85,3 +86,19 @@ class Turns:
                 first.set_result(None)
                 return
         self._taken = False
+
+
+class TurnedThread:
+    """A thread for coroutines: it does one thing at a time, a page's after another's."""
+
+    def __init__(self, name: str) -> None:
+        self.turns = Turns()
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix=name)
+
+    async def do(self, work: Callable[[], T], page: Hashable) -> T:
+        """What `work` gives, when it is this page's turn; once begun it is done to its end, whether it is still waited for or not."""
+        async with self.turns.turn(page):
+            return await asyncio.get_running_loop().run_in_executor(self._thread, work)
+
+    def close(self) -> None:
+        self._thread.shutdown(wait=False, cancel_futures=True)

@@ -14,6 +14,7 @@ from collections import OrderedDict
 from collections.abc import AsyncIterator, Awaitable, Callable, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from mcdas_opt.catalogue.scenes import Scene
@@ -25,14 +26,16 @@ from mcdas_opt.evaluation.running.worker import Worker
 from mcdas_opt.plotting.player import drive_document
 from mcdas_opt.plotting.web import look_of
 from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.parking_tab import LIVE, parked
 from mcdas_opt.studio.planner_cache import PlannerCache, Question, installed
+from mcdas_opt.studio.sandwich_tab import Looked, SandwichTab
 from mcdas_opt.studio.turns import EVERY_S, Turns, waiting
 
 _KEPT = 200
 _SOLVED = ("mpc",)  # planners of the second worker
 _TIMES = "times to react"
-_REPORT_S = 0.1  # between two reports of how far a drive is
+_REPORT_S = 0.1  # between two reports of how far a drive or a recording is
 
 
 class KeptAnswers:
@@ -107,13 +110,14 @@ class AwaitedWorker:
 
 
 class WorkerPool:
-    """One worker for the quick planners, one for the solvers, one for drives, one for parking. Belongs to the server's event loop."""
+    """One worker for the quick planners, one for the solvers, one for drives, one for parking, one for recordings. Belongs to the server's
+    event loop."""
 
     def __init__(self, planners: tuple[str, ...]) -> None:
         self.planners = planners
         self._kept = KeptAnswers()
-        self._workers = tuple(AwaitedWorker() for _ in range(4))
-        self._quick, self._solving, self._driving, self._parking = self._workers
+        self._workers = tuple(AwaitedWorker() for _ in range(5))
+        self._quick, self._solving, self._driving, self._parking, self._reading = self._workers
 
     async def answer(self, question: Question, planners: Sequence[str], page: Hashable = None) -> AsyncIterator[dict[str, Any]]:
         """A plan of each of these planners and the times to react, each as soon as it is ready; a part `problem` for one that could not,
@@ -154,20 +158,15 @@ class WorkerPool:
 
         Raises `McdasError`, a `StoppedError` where it said no.
         """
-        stopped = False
-
-        def heard(turns: tuple[int, int]) -> bool:
-            nonlocal stopped
-            stopped = not go_on(*turns)
-            return not stopped
-
-        try:
-            drive: dict[str, Any] = await self._driving.do(_drive, scene, planner, settings, page=page, heard=heard)
-        except McdasError:
-            if stopped:
-                raise StoppedError from None
-            raise
+        drive: dict[str, Any] = await _until_stopped(self._driving, go_on, page, _drive, scene, planner, settings)
         return drive
+
+    async def read(
+        self, folder: Folder, kind: str, name: str, go_on: Callable[[int, int], bool], page: Hashable = None, sent: Path | None = None
+    ) -> Looked:
+        """A recording or a benchmark's table of the folder, or one that was `sent`. Raises as `drive` does."""
+        found: Looked = await _until_stopped(self._reading, go_on, page, _read, folder, kind, name, sent)
+        return found
 
     async def park(self, case: ParkingCase, planner: str, page: Hashable = None) -> dict[str, Any]:
         """A planner's answer to a parking case; the quick one does not wait for the others. Raises `McdasError`."""
@@ -183,6 +182,24 @@ class WorkerPool:
     def close(self) -> None:
         for worker in self._workers:
             worker.close()
+
+
+async def _until_stopped(
+    worker: AwaitedWorker, go_on: Callable[[int, int], bool], page: Hashable, work: Callable[..., Any], *arguments: Any
+) -> Any:
+    stopped = False
+
+    def heard(turns: tuple[int, int]) -> bool:
+        nonlocal stopped
+        stopped = not go_on(*turns)
+        return not stopped
+
+    try:
+        return await worker.do(work, *arguments, page=page, heard=heard)
+    except McdasError:
+        if stopped:
+            raise StoppedError from None
+        raise
 
 
 def _outcome(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[str, Any]:
@@ -210,6 +227,16 @@ def _escapes(question: Question) -> dict[str, Any]:
 
 
 def _drive(scene: Scene, planner: str, settings: Settings) -> dict[str, Any]:
+    return drive_document(simulate(scene, planner, settings=settings, progress=_reporting()))
+
+
+def _read(folder: Folder, kind: str, name: str, sent: Path | None) -> Looked:
+    tab = SandwichTab(folder)
+    return tab.read(kind, name, _reporting()) if sent is None else tab.read_sent(sent, name, _reporting())
+
+
+def _reporting() -> Callable[[int, int], None]:
+    """Reports how far the work is, now and then; raises `StoppedError` where nobody wants it any longer."""
     reported_s = time.monotonic()
 
     def progress(done: int, of: int) -> None:
@@ -220,4 +247,4 @@ def _drive(scene: Scene, planner: str, settings: Settings) -> dict[str, Any]:
         if report((done, of)) is False:
             raise StoppedError
 
-    return drive_document(simulate(scene, planner, settings=settings, progress=progress))
+    return progress

@@ -14,9 +14,11 @@ pytest.importorskip("nicegui")
 
 from mcdas_opt.studio.connection import Connection
 from mcdas_opt.studio.folder import Folder
-from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio
+from mcdas_opt.studio.page_session import PageSession
+from mcdas_opt.studio.parking_session import ParkingSession
 from mcdas_opt.studio.parking_tab import ParkingTab
 from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.studio import Studio
 
 
 def test_what_is_served_ends_when_the_page_leaves() -> None:
@@ -85,7 +87,7 @@ def test_nothing_is_told_to_a_page_that_left_whatever_it_wished(wished: Wished, 
         parking = ParkingSession(studio, ParkingTab(studio.folder), connection)
         busy = threading.Event()
         try:
-            others = [asyncio.create_task(studio.compute(busy.wait, "another page"))]
+            others = [asyncio.create_task(studio.editing.do(busy.wait, "another page"))]
             others += [asyncio.create_task(worker.do(max, 1, 2, page="another page")) for worker in studio.workers._workers]
             await asyncio.sleep(0)
             wish = asyncio.create_task(connection.serve(wished(session, parking, lambda name, text: downloaded.append(name))))
@@ -95,7 +97,7 @@ def test_nothing_is_told_to_a_page_that_left_whatever_it_wished(wished: Wished, 
             busy.set()
             await asyncio.gather(*others)
             await asyncio.wait_for(wish, timeout=5.0)
-            await asyncio.wait_for(studio.compute(int, "another page"), timeout=5.0)
+            await asyncio.wait_for(studio.editing.do(int, "another page"), timeout=5.0)
             assert (told, downloaded) == ([], [])
         finally:
             busy.set()

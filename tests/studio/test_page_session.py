@@ -13,8 +13,9 @@ pytest.importorskip("nicegui")
 
 from mcdas_opt.studio.connection import Connection
 from mcdas_opt.studio.folder import Folder
-from mcdas_opt.studio.page_session import PageSession, Studio
+from mcdas_opt.studio.page_session import PageSession
 from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.studio import Studio
 
 
 class _Waiting:
@@ -23,9 +24,10 @@ class _Waiting:
     planners = ("mpc",)
 
     def __init__(self) -> None:
-        self.given_up, self.go = 0, asyncio.Event()
+        self.asked, self.given_up, self.go = 0, 0, asyncio.Event()
 
     async def answer(self, question: Any, planners: Any, page: Any) -> AsyncIterator[dict[str, Any]]:
+        self.asked += 1
         try:
             await self.go.wait()
         except asyncio.CancelledError:
@@ -46,7 +48,8 @@ async def _asked(folder: Path, *, leaves: bool) -> tuple[int, list[dict[str, Any
     tasks = []
     for token in range(3):
         tasks.append(asyncio.create_task(connection.serve(session.ask({"token": token}))))
-        await asyncio.sleep(0.01)
+        while pool.asked <= token:
+            await asyncio.sleep(0.001)
     if leaves:
         session.leave()
     pool.go.set()

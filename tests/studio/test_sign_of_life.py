@@ -14,9 +14,11 @@ pytest.importorskip("nicegui")
 
 from mcdas_opt.studio.connection import Connection
 from mcdas_opt.studio.folder import Folder
-from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio
+from mcdas_opt.studio.page_session import PageSession
+from mcdas_opt.studio.parking_session import ParkingSession
 from mcdas_opt.studio.parking_tab import ParkingTab
 from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.studio import Studio
 from mcdas_opt.studio.turns import EVERY_S, waiting, with_signs
 
 
@@ -42,35 +44,45 @@ def test_signs_come_until_the_work_is_done_and_what_it_raises_is_raised() -> Non
     asyncio.run(run())
 
 
-def test_a_page_that_waits_for_others_is_told_so_and_for_what(tmp_path: Path) -> None:
-    async def run() -> dict[str, list[str]]:
-        told: dict[str, list[dict[str, Any]]] = {"sandwich": [], "parking": []}
-        studio = Studio(Folder(root=tmp_path))
-        session = PageSession(studio, SandwichTab(studio.folder), Connection(told["sandwich"].append))
-        parking = ParkingSession(studio, ParkingTab(studio.folder), Connection(told["parking"].append))
-        busy, signs = threading.Event(), dict[str, list[str]]()
+@pytest.mark.parametrize(
+    ("where", "words"),
+    [
+        ("threads", {"ask": "editing", "open": "opening", "park": "editing"}),
+        ("processes", {"ask": "planning: MPC, times to react", "drive": "driving", "log": "opening", "park": "planning"}),
+    ],
+)
+def test_a_page_that_waits_for_others_is_told_so_and_for_what(where: str, words: dict[str, str], tmp_path: Path) -> None:
+    async def waits(wish: str) -> list[str]:
+        told: list[dict[str, Any]] = []
+        studio, busy = Studio(Folder(root=tmp_path)), threading.Event()
+        session = PageSession(studio, SandwichTab(studio.folder), Connection(told.append))
+        parking = ParkingSession(studio, ParkingTab(studio.folder), Connection(told.append))
+        wishes = {
+            "ask": lambda: session.ask({"planners": ["mpc"]}),
+            "drive": lambda: session.drive({"planners": ["closed-form"]}),
+            "open": lambda: session.open({"kind": "shipped", "name": "curved-road"}),
+            "log": lambda: session.open({"kind": "log", "name": "none.csv"}),
+            "park": lambda: parking.park({"planner": "search", "values": {}}),
+        }
         try:
-            others = [asyncio.create_task(studio.compute(busy.wait, "another page"))]
-            others += [asyncio.create_task(one.do(time.sleep, 3.0 * EVERY_S, page="another page")) for one in studio.workers._workers]
+            if where == "threads":
+                others = [asyncio.create_task(thread.do(busy.wait, "another page")) for thread in (studio.editing, studio.reading)]
+            else:
+                workers = studio.workers._workers
+                others = [asyncio.create_task(one.do(time.sleep, 3.0 * EVERY_S, page="another page")) for one in workers]
             await asyncio.sleep(0)
-            wishes = {
-                "ask": session.ask({"planners": ["mpc"]}),
-                "drive": session.drive({"planners": ["closed-form"]}),
-                "open": session.open({"kind": "shipped", "name": "curved-road"}),
-                "park": parking.park({"planner": "search", "values": {}}),
-            }
-            tasks = {name: asyncio.create_task(wish) for name, wish in wishes.items()}
+            task = asyncio.create_task(wishes[wish]())
             await asyncio.sleep(2.0 * EVERY_S)
             busy.set()
-            for name, word in (("ask", "planning: MPC, times to react"), ("drive", "driving"), ("open", "opening"), ("park", "planning")):
-                heard = told["parking" if name == "park" else "sandwich"]
-                signs[name] = [part["text"] for part in heard if part["part"] == "waiting" and part["text"].startswith(word)]
-            await asyncio.gather(*tasks.values(), *others)
+            signs = [part["text"] for part in told if part["part"] == "waiting"]
+            await asyncio.gather(task, *others)
         finally:
             busy.set()
             studio.close()
         return signs
 
-    for signs in asyncio.run(run()).values():
+    for wish, word in words.items():
+        signs = asyncio.run(waits(wish))
         assert signs
+        assert all(sign.startswith(word) for sign in signs)
         assert signs[0].endswith("; one other page comes first")

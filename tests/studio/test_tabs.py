@@ -80,7 +80,7 @@ def test_a_received_file_is_told_by_the_name_it_had(sandwich: SandwichTab, tmp_p
     file = tmp_path / "sent.toml"
     file.write_text("[host]\nspeed_mps = -3\n")
     with pytest.raises(InputError, match=r"my scene\.toml: host\.speed_mps") as told:
-        sandwich.receive(file, "my scene.toml")
+        sandwich.read_sent(file, "my scene.toml")
     assert str(tmp_path) not in str(told.value)
 
 

@@ -1,0 +1,113 @@
+"""What the pages of one server share."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Hashable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.errors import McdasError
+from mcdas_opt.plotting.web import PLANNERS, look_of
+from mcdas_opt.studio.folder import Folder
+from mcdas_opt.studio.form import form
+from mcdas_opt.studio.parking_tab import ParkingTab
+from mcdas_opt.studio.planner_cache import methods
+from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.turns import TurnedThread
+from mcdas_opt.studio.worker_pool import WorkerPool
+
+if TYPE_CHECKING:
+    from mcdas_opt.studio.page_session import PageSession
+
+
+class Listing(NamedTuple):
+    """What can be opened on the two tabs, in groups, and the form that a scene's keys are edited in."""
+
+    scenes: list[dict[str, Any]]
+    cases: list[dict[str, Any]]
+    form: list[dict[str, Any]]
+
+
+class Studio:
+    """Everything that the pages of one server share: the folder, the processes that answer, the sessions of open pages.
+
+    The event loop only carries messages. What changes or shows a page's state is done on one thread (`editing`), files are read and
+    written on another (`reading`), recordings in a process; each serves a page after another.
+    """
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+        self.workers = WorkerPool(methods())
+        self.editing, self.reading = TurnedThread("editing"), TurnedThread("reading")
+        self.sessions: dict[str, PageSession] = {}
+        self._installed: tuple[str, ...] | None = None
+
+    async def warm(self) -> None:
+        """Lets the processes start and build their solvers before anybody asks; what every page shows first is answered then."""
+        async for _ in self.workers.answer(SandwichTab(self.folder).question(), self.planners({})):
+            pass
+        await self.installed()
+        await self.listing(self)
+
+    async def listing(self, page: Hashable) -> Listing:
+        """What can be opened. What a file holds is found out a file a turn, and once as long as it stays as it is."""
+        for name in await self.reading.do(lambda: self.folder.names(".toml"), page):
+            await self.reading.do(partial(self.folder.holds, name), page)
+
+        def listed() -> Listing:
+            return Listing(SandwichTab(self.folder).data_files(), ParkingTab(self.folder).data_files(), form(self.folder))
+
+        return await self.reading.do(listed, page)
+
+    async def installed(self) -> tuple[str, ...]:
+        """The planners that can be built here."""
+        if self._installed is None:
+            self._installed = await self.workers.installed()
+        return self._installed
+
+    def planners(self, wish: Mapping[str, Any]) -> list[str]:
+        """Those that the page wishes, as far as they are known; by default ours."""
+        wished = wish.get("planners", tuple(PLANNERS))
+        return [name for name in self.workers.planners if isinstance(wished, (list, tuple)) and name in wished]
+
+    def problem(self, error: McdasError) -> dict[str, str]:
+        """What went wrong, for the page; files are called by their names in their folders."""
+        text = str(error)
+        for folder in (self.folder.root, models_folder()):
+            text = text.replace(f"{folder}/", "")
+        return {"part": "problem", "text": text}
+
+    def close(self) -> None:
+        for session in self.sessions.values():
+            session.stop()
+        self.workers.close()
+        self.editing.close()
+        self.reading.close()
+
+    def before(self, page: Hashable) -> int:
+        """How many other pages come first, where this one waits in several places at the one with the most."""
+        return max(self.workers.before(page), self.editing.turns.before(page), self.reading.turns.before(page))
+
+    async def receive(self, key: str, name: str, body: bytes) -> dict[str, Any]:
+        """A file that a page sent, opened in that page's session."""
+        session = self.sessions.get(key)
+        if session is None:
+            return {"error": "this page is no longer known: load it again"}
+        with tempfile.TemporaryDirectory(prefix="mcdas-studio-") as folder:
+            suffix = Path(name).suffix.lower()
+            file = Path(folder) / f"sent{suffix if suffix.isascii() and len(suffix) < 8 else ''}"
+            file.write_bytes(body)
+            try:
+                session.waiting = await session.sent(file, Path(name).name)
+            except McdasError as error:
+                return {"error": self.problem(error)["text"]}
+        return {"name": name}
+
+
+def looks(names: Sequence[str]) -> list[dict[str, Any]]:
+    """Every planner with its look; ours are shown, the others when they are asked for."""
+    others = [name for name in names if name not in PLANNERS]
+    return [{"name": name, "shown": name in PLANNERS, **look_of(name, others)} for name in names]
