@@ -62,18 +62,17 @@ def not_shipped(name: str, what: str, known: Sequence[str]) -> InputError:
     return InputError(name, "", None, f"no such file, and no shipped {what} of that name; {listed}")
 
 
-def regular_size(path: Path) -> int:
-    """A file's size in bytes. Raises `InputError` for what is no regular file: a pipe that nobody writes to would be waited for."""
+def check_is_file(path: Path) -> None:
+    """Raises `InputError` for what is no regular file: a pipe that nobody writes to would be waited for."""
     with reading(path):
         found = path.stat()
     if not stat.S_ISREG(found.st_mode):
         raise InputError(path, "", None, "cannot be read: is no regular file")
-    return found.st_size
 
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
     """A file of at most `largest` characters; of a larger one no more than that is read. Raises `InputError` that names it."""
-    regular_size(path)
+    check_is_file(path)
     try:
         with path.open(encoding="utf-8-sig") as file:  # spreadsheets write a byte order mark
             text = file.read(largest + 1)
@@ -86,7 +85,7 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
 
 def read_bytes(path: Path, largest: int = LARGEST_RECORDING) -> bytes:
     """A file of at most `largest` bytes; of a larger one no more than that is read. Raises `InputError` that names it."""
-    regular_size(path)
+    check_is_file(path)
     with reading(path), path.open("rb") as file:
         content = file.read(largest + 1)
     if len(content) > largest:

@@ -421,33 +421,6 @@ def test_every_type_that_we_define_is_known_with_its_parts() -> None:
     assert set(_DEFINITIONS) <= set(store.fielddefs)
 
 
-@pytest.mark.parametrize(("format", "write"), [("mdf4", mdf4), ("rosbag2", rosbag2), ("mcap", mcap_json), ("mcap", mcap_ros)])
-def test_a_recording_has_a_largest_size(
-    frames: tuple[Frame, ...], format: str, write: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write(frames, tmp_path / ("drive.mf4" if format == "mdf4" else "drive"))
-    open_recording(path, format)
-    monkeypatch.setattr("mcdas_opt.interop.recordings.recording.LARGEST_RECORDING", 2000)
-    with pytest.raises(InputError, match=r"must be at most 2000 bytes"):
-        open_recording(path, format)
-
-
-def test_an_mcap_of_many_chunks_has_a_largest_size_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "packed.mcap"
-    with path.open("wb") as file:
-        writer = Writer(file, chunk_size=10_000)
-        writer.start()
-        channel = writer.register_channel("/t", "json", writer.register_schema("s", "jsonschema", b"{}"))
-        for k in range(50):
-            writer.add_message(channel, k, b'{"a": "' + b"x" * 10_000 + b'"}', k)
-        writer.finish()
-    open_recording(path, "mcap")
-    monkeypatch.setattr("mcdas_opt.interop.recordings.mcap.LARGEST_RECORDING", 200_000)
-    assert path.stat().st_size < 200_000
-    with pytest.raises(InputError, match=r"packed\.mcap: chunks = 5\d{5}: must be at most 200000 bytes together, unpacked"):
-        open_recording(path, "mcap")
-
-
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="operating system: no named pipes")
 @pytest.mark.parametrize("name", ["a.log", "a.csv", "a.mf4", "a.mcap", "a.db3", "a.toml"])
 def test_a_pipe_that_nobody_writes_to_is_not_waited_for(name: str, tmp_path: Path) -> None:

@@ -8,10 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mcdas_opt.catalogue.data_files import LARGEST_RECORDING
 from mcdas_opt.errors import InputError, of_extra
 from mcdas_opt.interop.recordings.messages import Document, Message, MessageRecording, time_of
-from mcdas_opt.interop.recordings.recording import check_size, understood
+from mcdas_opt.interop.recordings.recording import check_regular, understood
 from mcdas_opt.interop.recordings.rosbag2 import document_of, type_store
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ class McapRecording(MessageRecording):
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
-        check_size(path)
+        check_regular(path)
         with of_extra("mcap", "mcap"):
             from mcap.reader import make_reader
         with understood(path, "MCAP"), Path(path).open("rb") as file:
@@ -43,8 +42,6 @@ class McapRecording(MessageRecording):
         unpacked = [chunk.uncompressed_size for chunk in summary.chunk_indexes]
         if max(unpacked, default=0) > LARGEST_CHUNK:
             raise InputError(path, "chunk", max(unpacked), f"must be at most {LARGEST_CHUNK} bytes, unpacked")
-        if sum(unpacked) > LARGEST_RECORDING:
-            raise InputError(path, "chunks", sum(unpacked), f"must be at most {LARGEST_RECORDING} bytes together, unpacked")
         self._types: dict[str, str] = {}
         self._decoders: dict[str, Decoder] = {}
         ros: dict[str, tuple[str, str]] = {}

@@ -18,7 +18,7 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import of_extra
-from mcdas_opt.interop.recordings.recording import TIME, CanLog, Frame, Row, Tally, check_size, no_such_channel, position, understood
+from mcdas_opt.interop.recordings.recording import TIME, CanLog, Frame, Row, Tally, check_regular, no_such_channel, position, understood
 
 if TYPE_CHECKING:
     from asammdf import MDF
@@ -53,7 +53,7 @@ class Mdf4Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = path
-        check_size(path)
+        check_regular(path)
         with self._open():
             pass
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from mcdas_opt.catalogue.data_files import LARGEST_RECORDING, regular_size
+from mcdas_opt.catalogue.data_files import check_is_file
 from mcdas_opt.domain.registry import Registry
 from mcdas_opt.errors import InputError, McdasError, ParameterError, nearest, reading
 
@@ -175,14 +175,14 @@ def understood(path: str | Path, what: str) -> Iterator[None]:
         raise InputError(path, "", None, f"cannot be read as {what}: {said[0] if said else type(error).__name__}") from None
 
 
-def check_size(path: str | Path) -> None:
-    """For a recording that a library reads, a file or a folder of them. Raises `InputError` for one that is larger than those that we read
-    ourselves, or where something is no regular file."""
+def check_regular(path: str | Path) -> None:
+    """For a recording that a library reads piece by piece, of any size: a file or a folder of them. Raises `InputError` where something is
+    no regular file."""
     one = Path(path)
     with reading(path):
         files = [part for part in one.iterdir() if not part.is_dir()] if one.is_dir() else [one]
-    if sum(map(regular_size, files)) > LARGEST_RECORDING:
-        raise InputError(path, "", None, f"must be at most {LARGEST_RECORDING} bytes long")
+    for file in files:
+        check_is_file(file)
 
 
 class Reader(Protocol):

@@ -15,7 +15,7 @@ import numpy as np
 
 from mcdas_opt.errors import of_extra
 from mcdas_opt.interop.recordings.messages import Message, MessageRecording, time_of
-from mcdas_opt.interop.recordings.recording import FOLDER, check_size, understood
+from mcdas_opt.interop.recordings.recording import FOLDER, check_regular, understood
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
@@ -67,7 +67,7 @@ class Rosbag2Recording(MessageRecording):
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
-        check_size(self._folder)
+        check_regular(self._folder)
         with self._open() as reader:
             known = reader.typestore.fielddefs
             self._types = {one.topic: str(one.msgtype) for one in reader.connections if one.msgtype in known}
