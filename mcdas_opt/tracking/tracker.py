@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -42,7 +42,7 @@ from mcdas_opt.tracking.screening import (
     source_of,
 )
 from mcdas_opt.tracking.track_life import MOST_SOURCES, TrackLife
-from mcdas_opt.tracking.unfollowed import SCANS, UnfollowedReturns
+from mcdas_opt.tracking.unfollowed import SCANS, UNKNOWN_MPS, UnfollowedReturns
 
 T = TypeVar("T")
 REFLECTIONS = ("face", "centre")
@@ -246,12 +246,14 @@ class Tracker:
             return followers
         time_s = look.scan.t_s
         view = Viewpoint.of(look.scan.mounting, look.host, self.vehicle, look.frame)
+        returns = self._unfollowed.setdefault(source_of(look.scan), UnfollowedReturns())
+        rated = points if returns.believes_rates(time_s) else [replace(point, range_rate_sd_mps=UNKNOWN_MPS) for point in points]
         reads: dict[Size | None, Sequence[TargetFix | None]] = {}
 
         def read(size: Size) -> Sequence[TargetFix | None]:
             key = size if self._at_face else None
             if key not in reads:
-                reads[key] = self._filtering.radar_fixes(points, view, look.frame, key)
+                reads[key] = self._filtering.radar_fixes(rated, view, look.frame, key)
             return reads[key]
 
         left = [j for j, fix in enumerate(read(self._body)) if fix is not None]

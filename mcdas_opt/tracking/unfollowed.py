@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -15,17 +16,25 @@ _NEAR_M, _CLOSING_MPS = 5.0, 50.0  # a return is found again within so much of i
 _ASIDE_M, _CROSSING_MPS = 3.0, 10.0  # and across its line of sight
 _ALIKE_MPS, _ALIKE_MPS2 = 3.0, 15.0  # and of its range rate: clutter says another one each time
 _LONGEST_S = 1.0
+UNKNOWN_MPS = 30.0  # sd of a range rate that is not believed
+_DISBELIEVED_S = 60.0  # then they are tried again: tracks go on meanwhile
 
 
 @dataclass(slots=True)
 class UnfollowedReturns:
     """Remembers, of one radar, the returns of its last two scans that belong to no confirmed track, and in how many scans each has come.
 
-    They are compared as the radar says them: neither the host's place nor its speed, which may be what is wrong, plays a part.
+    They are compared as the radar says them: neither the host's place nor its speed, which may be what is wrong, plays a part. Where one
+    has come in `SCANS`, the radar's range rates are not believed for a while: who is there is tracked by places alone, if these are right.
     """
 
     _seen: Array = field(default_factory=lambda: np.empty((0, 5)), init=False)  # range, azimuth, range rate, scans, scans ago
     _t_s: float = field(default=0.0, init=False)
+    _disbelieved_s: float = field(default=-math.inf, init=False)
+
+    def believes_rates(self, t_s: float) -> bool:
+        """Whether range rates are believed at `t_s`."""
+        return not 0.0 <= t_s - self._disbelieved_s <= _DISBELIEVED_S
 
     def take(self, points: Sequence[RadarDetection], t_s: float) -> int:
         """In how many scans the most persistent of these returns has come; 0: there are none."""
@@ -45,4 +54,7 @@ class UnfollowedReturns:
         )
         new[:, 3] += np.where(again, old[None, :, 3], 0.0).max(axis=1, initial=0.0)
         self._seen = np.concatenate([new, old[~again.any(axis=0)]])
-        return int(new[:, 3].max())
+        scans = int(new[:, 3].max())
+        if scans >= SCANS:
+            self._disbelieved_s = t_s
+        return scans
