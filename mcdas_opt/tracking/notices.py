@@ -54,8 +54,8 @@ def another_odometry(moved_m: float, driven_m: float, within_s: float) -> str:
 def unfollowed(scan: Scan, scans: int) -> str:
     return (
         f"{_scan(scan)}: a return has come in {scans} scans and no track comes of it, so that its range rates are not believed for a "
-        "minute, and the sensor covers nothing until one comes of its place. Is the rate positive where the distance grows, in m/s? Are the "
-        "host's place, speed and heading, the mounting and the clock right?"
+        "minute, and the sensor covers nothing until one comes of its place. Is the rate positive where the distance grows, in m/s? Are "
+        "the host's place, speed and heading, the mounting and the clock right?"
     )
 
 

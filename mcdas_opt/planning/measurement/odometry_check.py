@@ -15,7 +15,7 @@ from mcdas_opt.tracking.screening import clock_fault
 
 _WITHIN_S = 3.0  # the last so many seconds are looked at
 _MOST_CYCLES = 60  # and not more cycles
-_OFF_M, _OFF_SHARE = 3.0, 0.3  # of the way: places are measured, and speeds, to so much at worst
+_OFF_M, _OFF_SHARE = 4.0, 0.3  # of the way: places are measured, and speeds, to so much at worst
 _JUMP_M = 10.0  # between two cycles: the place is counted from elsewhere
 _LEAST_STRETCH = 0.2  # of 1 - d kappa
 
