@@ -107,7 +107,7 @@ def test_a_step_is_answered_where_no_situation_could_be_made(glitch: dict[str, f
     host = HostState(speed_mps=20.0)
     for k in range(3):
         planner.step(scans(0.1 * k, 55.0), replace(host, s_m=2.0 * k), 0.1 * k)
-    plan = planner.step(scans(0.3, 55.0), replace(host, **glitch), 0.3)
+    plan = planner.step(scans(0.3, 55.0), replace(host, **{"s_m": 6.0, **glitch}), 0.3)
     assert said in plan.reason
     assert (plan.status, plan.verdict.passed, is_finite(plan)) == (Status.FALLBACK, True, True)
 
