@@ -47,6 +47,7 @@ from mcdas_opt.tracking.unfollowed import SCANS, UNKNOWN_MPS, UnfollowedReturns
 T = TypeVar("T")
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
+_BESIDE = 2.0  # of touching: so near a body its own farther reflections are
 ALIKE_MPS = 1.0  # reflections of one body differ less in range rate
 BODY_POSITION_SD_M = BODY_SPEED_SD_MPS = 1e-3  # of an ideal sensor
 
@@ -184,7 +185,7 @@ class Tracker:
                 life.miss(scan)
         self._tell_apart(look)
         self._merge(scan.t_s, look.now)
-        if self._is_unfollowed(followers, scan):
+        if self._is_unfollowed(followers, look):
             is_sound = False
         if is_sound:
             self._watch.heard(scan, look.now)
@@ -228,9 +229,18 @@ class Tracker:
                 life = self._begin(fix, look)
             life.know(body, road_heading, time_s)
 
-    def _is_unfollowed(self, followers: dict[RadarDetection, TrackLife], scan: Scan) -> bool:
-        """Whether a return has come so often that it should be tracked, and is not. Those count whose tracks are tentative still."""
-        tentative = [point for point, life in followers.items() if not life.confirmed and life in self._lives]
+    def _is_unfollowed(self, followers: dict[RadarDetection, TrackLife], look: _Look) -> bool:
+        """Whether a return has come so often that it should be tracked, and is not. Those count whose tracks are tentative still; beside a
+        body that is seen they are of it."""
+        scan, bodies = look.scan, PlacedBodies[TrackLife](_BESIDE)
+        for life in self._lives:
+            if life.confirmed and not life.goes_on_unseen(look.now):
+                bodies.add(life, life.place(scan.t_s), life.size)
+        tentative = [
+            point
+            for point, life in followers.items()
+            if not life.confirmed and life in self._lives and next(bodies.meeting(life.place(scan.t_s), life.size), None) is None
+        ]
         returns = self._unfollowed.setdefault(source_of(scan), UnfollowedReturns())
         came = returns.take(tentative, scan.t_s)
         if came < SCANS:
