@@ -230,16 +230,20 @@ class Tracker:
             life.know(body, road_heading, time_s)
 
     def _is_unfollowed(self, followers: dict[RadarDetection, TrackLife], look: _Look) -> bool:
-        """Whether a return has come so often that it should be tracked, and is not. Those count whose tracks are tentative still; beside a
-        body that is seen they are of it."""
+        """Whether a return has come so often that it should be tracked, and is not. Those count whose tracks are tentative still, but for a
+        farther reflection of a body that is seen: beside it, or as its echo on a longer way, with its range rate."""
         scan, bodies = look.scan, PlacedBodies[TrackLife](_BESIDE)
         for life in self._lives:
             if life.confirmed and not life.goes_on_unseen(look.now):
                 bodies.add(life, life.place(scan.t_s), life.size)
+        seen = [point for point, life in followers.items() if life.confirmed]
         tentative = [
             point
             for point, life in followers.items()
-            if not life.confirmed and life in self._lives and next(bodies.meeting(life.place(scan.t_s), life.size), None) is None
+            if not life.confirmed
+            and life in self._lives
+            and next(bodies.meeting(life.place(scan.t_s), life.size), None) is None
+            and not any(_is_echo(point, other) for other in seen)
         ]
         returns = self._unfollowed.setdefault(source_of(scan), UnfollowedReturns())
         came = returns.take(tentative, scan.t_s)
@@ -428,3 +432,7 @@ class Tracker:
         self.counters["too_many"] += len(given) - most
         kept = set(sorted(range(len(given)), key=[rank(one) for one in given].__getitem__)[:most])
         return [one for k, one in enumerate(given) if k in kept]
+
+
+def _is_echo(point: RadarDetection, of: RadarDetection) -> bool:
+    return point.range_m > of.range_m and abs(point.range_rate_mps - of.range_rate_mps) < ALIKE_MPS

@@ -208,3 +208,15 @@ def test_a_new_name_in_every_scan_is_not_remembered_for_ever() -> None:
     assert len(tracker.tracks(now)) == 1
     for remembered in (tracker._last, tracker._unfollowed, tracker._watch._heard, tracker._lives[0]._sources):
         assert len(remembered) <= MOST_SOURCES + 1
+
+
+def test_an_echo_of_a_car_that_is_seen_is_no_car(recwarn: pytest.WarningsRecorder) -> None:
+    """Over the guard rail: on a longer way, with the car's range rate, which does not fit where it seems to be."""
+    tracker = Tracker()
+    for k in range(60):
+        now, s_m = CYCLE_S * k, 2.0 * k
+        car = RadarDetection(range_m=30.0 - 0.3 * k, azimuth_rad=0.0, range_rate_mps=-3.0)
+        echo = RadarDetection(range_m=50.0 - 0.8 * k, azimuth_rad=-0.15, range_rate_mps=-3.0)
+        tracker.update([scan(now, car, echo)], HostState(s_m=s_m, speed_mps=20.0), STRAIGHT, now)
+        assert tracker.coverage(now).front
+    assert not recwarn.list
