@@ -216,7 +216,7 @@ def test_an_echo_of_a_car_that_is_seen_is_no_car(recwarn: pytest.WarningsRecorde
     for k in range(60):
         now, s_m = CYCLE_S * k, 2.0 * k
         car = RadarDetection(range_m=30.0 - 0.3 * k, azimuth_rad=0.0, range_rate_mps=-3.0)
-        echo = RadarDetection(range_m=50.0 - 0.8 * k, azimuth_rad=-0.15, range_rate_mps=-3.0)
+        echo = RadarDetection(range_m=120.0 - 1.4 * k, azimuth_rad=-0.1, range_rate_mps=-3.0)
         tracker.update([scan(now, car, echo)], HostState(s_m=s_m, speed_mps=20.0), STRAIGHT, now)
         assert tracker.coverage(now).front
     assert not recwarn.list
