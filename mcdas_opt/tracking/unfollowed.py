@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +29,7 @@ class UnfollowedReturns:
     """
 
     _seen: Array = field(default_factory=lambda: np.empty((0, 5)), init=False)  # range, azimuth, range rate, scans, scans ago
+    _tracks: list[object] = field(default_factory=list, init=False)  # the tentative track that each belongs to
     _t_s: float = field(default=0.0, init=False)
     _disbelieved_s: float = field(default=-math.inf, init=False)
 
@@ -36,25 +37,31 @@ class UnfollowedReturns:
         """Whether range rates are believed at `t_s`."""
         return not 0.0 <= t_s - self._disbelieved_s <= _DISBELIEVED_S
 
-    def take(self, points: Sequence[RadarDetection], t_s: float) -> int:
-        """In how many scans the most persistent of these returns has come; 0: there are none."""
+    def take(self, returns: Sequence[tuple[RadarDetection, object]], hit: Set[object], t_s: float) -> int:
+        """In how many scans the most persistent of these returns has come, each with its tentative track; 0: there are none.
+
+        `hit` are all tracks that this scan has shown. Whose track is among them has gone on there: another return where it was before, as
+        of the next post of a guard rail, does not go on from it.
+        """
         elapsed_s = min(max(t_s - self._t_s, 0.0), _LONGEST_S)
         self._t_s = t_s
-        old = self._seen[self._seen[:, 4] <= 2.0]
+        scans = dict(zip(self._tracks, self._seen[:, 3].tolist(), strict=True))
+        lost = [k for k, track in enumerate(self._tracks) if track not in hit and self._seen[k, 4] <= 2.0]
+        old, tracks = self._seen[lost], [self._tracks[k] for k in lost]
         old[:, 4] += 1.0
-        if not points:
-            self._seen = old
-            return 0
-        new = np.array([(p.range_m, p.azimuth_rad, p.range_rate_mps, 1.0, 1.0) for p in points])
+        new = np.array([(p.range_m, p.azimuth_rad, p.range_rate_mps, scans.get(track, 0.0) + 1.0, 1.0) for p, track in returns])
+        new = new.reshape(-1, 5)
         apart = np.abs(new[:, None, :3] - old[None, :, :3])
         again = (
             (apart[..., 0] <= _NEAR_M + _CLOSING_MPS * elapsed_s)
             & (apart[..., 1] * new[:, :1] <= _ASIDE_M + _CROSSING_MPS * elapsed_s)
             & (apart[..., 2] <= _ALIKE_MPS + _ALIKE_MPS2 * elapsed_s)
         )
-        new[:, 3] += np.where(again, old[None, :, 3], 0.0).max(axis=1, initial=0.0)
-        self._seen = np.concatenate([new, old[~again.any(axis=0)]])
-        scans = int(new[:, 3].max())
-        if scans >= SCANS:
+        new[:, 3] = np.maximum(new[:, 3], 1.0 + np.where(again, old[None, :, 3], 0.0).max(axis=1, initial=0.0))
+        left = ~again.any(axis=0)
+        self._seen = np.concatenate([new, old[left]])
+        self._tracks = [track for _, track in returns] + [track for track, is_left in zip(tracks, left, strict=True) if is_left]
+        most = int(new[:, 3].max(initial=0.0))
+        if most >= SCANS:
             self._disbelieved_s = t_s
-        return scans
+        return most

@@ -35,6 +35,11 @@ def clutter(random: np.random.Generator, count: int, farthest_m: float = 170.0) 
     return [RadarDetection(range_m=a, azimuth_rad=b, range_rate_mps=c) for a, b, c in zip(r, phi, rate, strict=True)]
 
 
+def come(returns: UnfollowedReturns, points: list[RadarDetection], t_s: float) -> int:
+    """Each begins a track of its own."""
+    return returns.take([(point, object()) for point in points], set(), t_s)
+
+
 def chase(
     *,
     clock: Clock = lambda k: CYCLE_S * k,
@@ -122,7 +127,7 @@ def test_where_range_rates_are_wrong_cars_are_tracked_by_their_places(factor: fl
 
 def test_range_rates_that_were_not_believed_are_tried_again() -> None:
     returns, point = UnfollowedReturns(), RadarDetection(range_m=50.0, azimuth_rad=0.1, range_rate_mps=-3.0)
-    assert [returns.take([point], CYCLE_S * k) for k in range(SCANS)] == list(range(1, SCANS + 1))
+    assert [come(returns, [point], CYCLE_S * k) for k in range(SCANS)] == list(range(1, SCANS + 1))
     t_s = CYCLE_S * (SCANS - 1)
     assert [returns.believes_rates(t_s + later_s) for later_s in (-1.0, 0.0, 59.0, 61.0)] == [True, False, False, True]
 
@@ -180,7 +185,7 @@ def test_clutter_comes_from_everywhere_and_is_not_counted(count: int, recwarn: p
     """2,000 scans of each density, of a radar's forty metres on; none of them is doubted."""
     random, returns, most = np.random.default_rng(count), UnfollowedReturns(), 0
     for k in range(2000):
-        most = max(most, returns.take([point for point in clutter(random, count) if point.range_m > 40.0], 0.05 * k))
+        most = max(most, come(returns, [point for point in clutter(random, count) if point.range_m > 40.0], 0.05 * k))
     assert most < SCANS
     assert chase(beside=lambda: clutter(random, count), cycles=60)[0] == 0.0
     assert not recwarn.list
@@ -192,11 +197,11 @@ def test_one_missing_scan_does_not_end_the_count_and_two_do() -> None:
         returns, t_s = UnfollowedReturns(), 0.0
         for _ in range(4):
             t_s += CYCLE_S
-            returns.take([point], t_s)
+            come(returns, [point], t_s)
         for _ in range(missing):
             t_s += CYCLE_S
-            assert returns.take([], t_s) == 0
-        assert returns.take([replace(point, range_m=49.0)], t_s + CYCLE_S) == counted
+            assert come(returns, [], t_s) == 0
+        assert come(returns, [replace(point, range_m=49.0)], t_s + CYCLE_S) == counted
 
 
 def test_a_new_name_in_every_scan_is_not_remembered_for_ever() -> None:
@@ -219,4 +224,23 @@ def test_an_echo_of_a_car_that_is_seen_is_no_car(recwarn: pytest.WarningsRecorde
         echo = RadarDetection(range_m=120.0 - 1.4 * k, azimuth_rad=-0.1, range_rate_mps=-3.0)
         tracker.update([scan(now, car, echo)], HostState(s_m=s_m, speed_mps=20.0), STRAIGHT, now)
         assert tracker.coverage(now).front
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize("spacing_m", [1.5, 3.0, 4.0, 6.0])
+@pytest.mark.parametrize("speed_mps", [15.0, 25.0])
+def test_posts_of_a_guard_rail_are_followed_one_by_one(spacing_m: float, speed_mps: float, recwarn: pytest.WarningsRecorder) -> None:
+    """Where one was the next one is; on both sides of the road, with a radar's noise."""
+    tracker, random = Tracker(), np.random.default_rng(1)
+    for k in range(80):
+        now, s_m, points = CYCLE_S * k, speed_mps * CYCLE_S * k, []
+        for n in range(int((s_m + 5.0) / spacing_m), int((s_m + 120.0) / spacing_m)):
+            for d_m in (-6.0, 6.0):
+                x, r, noise = n * spacing_m - s_m - 2.25, 0.0, random.standard_normal(3) * (0.25, 0.0087, 0.12)
+                r, phi = math.hypot(x, d_m), math.atan2(d_m, x)
+                if abs(phi) < 0.7 and r < (120.0 if abs(phi) < 0.17 else 60.0):
+                    rate = -speed_mps * math.cos(phi)
+                    points.append(RadarDetection(range_m=r + noise[0], azimuth_rad=phi + noise[1], range_rate_mps=rate + noise[2]))
+        tracker.update([scan(now, *points)], HostState(s_m=s_m, speed_mps=speed_mps), STRAIGHT, now)
+    assert tracker.counters["unfollowed"] == 0
     assert not recwarn.list
