@@ -69,7 +69,7 @@ class PlannerFaultWarning(RuntimeWarning):
 
 
 class MeasurementWarning(UserWarning):
-    """By what was measured nobody can be tracked: the clock, the host's place or a sensor is not what it says. Nothing there is covered."""
+    """By what was measured nobody can be tracked: the clock, the host's place or a sensor is wrong. What it watches is not covered."""
 
 
 @contextmanager

@@ -27,6 +27,7 @@ COAST_S = 1.0  # a track dies without a hit for this long
 BLIND_S = 5.0  # or this long, while it is too near to its sensor to be seen and does not stand
 COASTING_PERIODS = 1.5  # without a hit for so many scan periods a track counts as coasting
 LONGEST_VEHICLE_M = 18.75  # an articulated lorry, as European directive 96/53/EC allows it
+ALIKE_MPS = 1.0  # reflections of one body differ less in range rate
 REFLECTION_GAP_M = 5.0  # reflections of one vehicle are no farther apart along it
 LONGER_M = 1.0  # than assumed, at least: less is noise
 SHOWN, SHOWN_OF = 3, 10  # a length counts that so many of so many scans have shown

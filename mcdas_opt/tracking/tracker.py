@@ -26,7 +26,7 @@ from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
-from mcdas_opt.tracking.placed import Place, PlacedBodies, Size, overlap
+from mcdas_opt.tracking.placed import PlacedBodies, Size, overlap
 from mcdas_opt.tracking.screening import (
     AGE_MAX_S,
     COUNTERS,
@@ -41,15 +41,12 @@ from mcdas_opt.tracking.screening import (
     scan_fault,
     source_of,
 )
-from mcdas_opt.tracking.track_life import MOST_SOURCES, TrackLife
-from mcdas_opt.tracking.unfollowed import SCANS, UNKNOWN_MPS, UnfollowedReturns
+from mcdas_opt.tracking.track_life import ALIKE_MPS, MOST_SOURCES, TrackLife
+from mcdas_opt.tracking.unfollowed import SCANS, UNKNOWN_MPS, UnfollowedReturns, unexplained
 
 T = TypeVar("T")
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
-_OFF_ROAD_M = 1.0  # beyond the edge: rails, posts and trees stand there
-_BESIDE = 2.0  # of touching: so near a body its own farther reflections are
-ALIKE_MPS = 1.0  # reflections of one body differ less in range rate
 BODY_POSITION_SD_M = BODY_SPEED_SD_MPS = 1e-3  # of an ideal sensor
 
 
@@ -231,24 +228,10 @@ class Tracker:
             life.know(body, road_heading, time_s)
 
     def _is_unfollowed(self, followers: dict[RadarDetection, TrackLife], look: _Look) -> bool:
-        """Whether a return has come so often that it should be tracked, and is not. Those count whose tracks are tentative still, but for
-        what stands beside the road, and farther reflections of a body that is seen: beside it, or as its echo on a longer way."""
-        scan, bodies = look.scan, PlacedBodies[TrackLife](_BESIDE)
-        for life in self._lives:
-            if life.confirmed and not life.goes_on_unseen(look.now):
-                bodies.add(life, life.place(scan.t_s), life.size)
-        seen = [point for point, life in followers.items() if life.confirmed]
-        tentative = [
-            (point, life)
-            for point, life in followers.items()
-            if not life.confirmed
-            and life in self._lives
-            and _is_on(look.frame.road, life.place(scan.t_s))
-            and next(bodies.meeting(life.place(scan.t_s), life.size), None) is None
-            and not any(_is_echo(point, other) for other in seen)
-        ]
+        """Whether a return has come so often that it should be tracked, and is not."""
+        scan = look.scan
         returns = self._unfollowed.setdefault(source_of(scan), UnfollowedReturns())
-        came = returns.take(tentative, look.hit, scan.t_s)
+        came = returns.take(unexplained(followers, self._lives, look.frame.road, scan.t_s, look.now), look.hit, scan.t_s)
         if came < SCANS:
             return False
         self.counters["unfollowed"] += 1
@@ -434,11 +417,3 @@ class Tracker:
         self.counters["too_many"] += len(given) - most
         kept = set(sorted(range(len(given)), key=[rank(one) for one in given].__getitem__)[:most])
         return [one for k, one in enumerate(given) if k in kept]
-
-
-def _is_echo(point: RadarDetection, of: RadarDetection) -> bool:
-    return point.range_m > of.range_m and abs(point.range_rate_mps - of.range_rate_mps) < ALIKE_MPS
-
-
-def _is_on(road: Road, place: Place) -> bool:
-    return float(road.right_edge_at(place[0])) - _OFF_ROAD_M <= place[1] <= float(road.left_edge_at(place[0])) + _OFF_ROAD_M

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from mcdas_opt.domain.measurement import RadarDetection
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.tracking.placed import Place, PlacedBodies
+from mcdas_opt.tracking.track_life import ALIKE_MPS, TrackLife
 
 SCANS = 8  # in which one return has come; a car that is tracked is confirmed by the third
 _NEAR_M, _CLOSING_MPS = 5.0, 50.0  # a return is found again within so much of its range, and more with the time between
 _ASIDE_M, _CROSSING_MPS = 3.0, 10.0  # and across its line of sight
-_ALIKE_MPS, _ALIKE_MPS2 = 3.0, 15.0  # and of its range rate: clutter says another one each time
+_RATE_MPS, _RATE_MPS2 = 3.0, 15.0  # and of its range rate: clutter says another one each time
 _LONGEST_S = 1.0
+_OFF_ROAD_M = 1.0  # beyond the edge: rails, posts and trees stand there
+_BESIDE = 2.0  # of touching: so near a body its own farther reflections are
 UNKNOWN_MPS = 30.0  # sd of a range rate that is not believed
 _DISBELIEVED_S = 60.0  # then they are tried again: tracks go on meanwhile
 
@@ -55,7 +60,7 @@ class UnfollowedReturns:
         again = (
             (apart[..., 0] <= _NEAR_M + _CLOSING_MPS * elapsed_s)
             & (apart[..., 1] * new[:, :1] <= _ASIDE_M + _CROSSING_MPS * elapsed_s)
-            & (apart[..., 2] <= _ALIKE_MPS + _ALIKE_MPS2 * elapsed_s)
+            & (apart[..., 2] <= _RATE_MPS + _RATE_MPS2 * elapsed_s)
         )
         new[:, 3] = np.maximum(new[:, 3], 1.0 + np.where(again, old[None, :, 3], 0.0).max(axis=1, initial=0.0))
         left = ~again.any(axis=0)
@@ -65,3 +70,32 @@ class UnfollowedReturns:
         if most >= SCANS:
             self._disbelieved_s = t_s
         return most
+
+
+def unexplained(
+    followers: Mapping[RadarDetection, TrackLife], lives: Sequence[TrackLife], road: Road, t_s: float, now: float
+) -> list[tuple[RadarDetection, TrackLife]]:
+    """Of a scan's returns, each with its track (`followers`), those whose tracks are tentative still, but for what stands beside the road,
+    and farther reflections of a body that is seen: beside it, or as its echo on a longer way."""
+    bodies, staying = PlacedBodies[TrackLife](_BESIDE), set(lives)
+    for life in lives:
+        if life.confirmed and not life.goes_on_unseen(now):
+            bodies.add(life, life.place(t_s), life.size)
+    seen = [point for point, life in followers.items() if life.confirmed]
+    return [
+        (point, life)
+        for point, life in followers.items()
+        if not life.confirmed
+        and life in staying
+        and _is_on(road, life.place(t_s))
+        and next(bodies.meeting(life.place(t_s), life.size), None) is None
+        and not any(_is_echo(point, other) for other in seen)
+    ]
+
+
+def _is_echo(point: RadarDetection, of: RadarDetection) -> bool:
+    return point.range_m > of.range_m and abs(point.range_rate_mps - of.range_rate_mps) < ALIKE_MPS
+
+
+def _is_on(road: Road, place: Place) -> bool:
+    return float(road.right_edge_at(place[0])) - _OFF_ROAD_M <= place[1] <= float(road.left_edge_at(place[0])) + _OFF_ROAD_M

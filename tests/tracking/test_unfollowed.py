@@ -11,6 +11,7 @@ import pytest
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Mounting, RadarDetection, Scan
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import MeasurementWarning
 from mcdas_opt.planning.planner import Planner
@@ -18,7 +19,7 @@ from mcdas_opt.tracking.screening import MOST_DETECTIONS
 from mcdas_opt.tracking.track_life import MOST_SOURCES
 from mcdas_opt.tracking.tracker import Tracker
 from mcdas_opt.tracking.unfollowed import SCANS, UnfollowedReturns
-from tests.tracking.worlds import STRAIGHT
+from tests.tracking.worlds import CAR, STRAIGHT
 
 CYCLE_S = 0.1
 CAR_MPS, GAP_M = 10.0, 75.0
@@ -228,19 +229,45 @@ def test_an_echo_of_a_car_that_is_seen_is_no_car(recwarn: pytest.WarningsRecorde
 
 
 @pytest.mark.parametrize("spacing_m", [1.5, 3.0, 4.0, 6.0])
-@pytest.mark.parametrize("speed_mps", [15.0, 25.0])
-def test_posts_of_a_guard_rail_are_followed_one_by_one(spacing_m: float, speed_mps: float, recwarn: pytest.WarningsRecorder) -> None:
-    """Where one was the next one is; on both sides of the road, with a radar's noise."""
-    tracker, random = Tracker(), np.random.default_rng(1)
-    for k in range(80):
-        now, s_m, points = CYCLE_S * k, speed_mps * CYCLE_S * k, []
-        for n in range(int((s_m + 5.0) / spacing_m), int((s_m + 120.0) / spacing_m)):
-            for d_m in (-6.0, 6.0):
-                x, r, noise = n * spacing_m - s_m - 2.25, 0.0, random.standard_normal(3) * (0.25, 0.0087, 0.12)
-                r, phi = math.hypot(x, d_m), math.atan2(d_m, x)
-                if abs(phi) < 0.7 and r < (120.0 if abs(phi) < 0.17 else 60.0):
-                    rate = -speed_mps * math.cos(phi)
-                    points.append(RadarDetection(range_m=r + noise[0], azimuth_rad=phi + noise[1], range_rate_mps=rate + noise[2]))
-        tracker.update([scan(now, *points)], HostState(s_m=s_m, speed_mps=speed_mps), STRAIGHT, now)
+@pytest.mark.parametrize("aside_m", [2.5, 4.5])
+def test_posts_of_a_guard_rail_are_followed_one_by_one(spacing_m: float, aside_m: float, recwarn: pytest.WarningsRecorder) -> None:
+    """Where one was the next one is, a cycle later: on both sides of the lane, on the road and beside it, with noise and losses."""
+    for seed in range(4):
+        tracker, random, speed_mps = Tracker(), np.random.default_rng(seed), 25.0
+        for k in range(40):
+            now, s_m, points = CYCLE_S * k, speed_mps * CYCLE_S * k, []
+            for n in range(int((s_m + 4.0) / spacing_m) + 1, int((s_m + 60.0) / spacing_m)):
+                for d_m in (-aside_m, aside_m):
+                    x = n * spacing_m - s_m - PLACE.x_m
+                    r, phi, noise = math.hypot(x, d_m), math.atan2(d_m, x), random.standard_normal(3) * (0.25, 0.0087, 0.12)
+                    if x > 1.0 and abs(phi) < 0.785 and random.random() < 0.9:
+                        rate = -speed_mps * math.cos(phi) + noise[2]
+                        points.append(RadarDetection(range_m=r + noise[0], azimuth_rad=phi + noise[1], range_rate_mps=rate))
+            tracker.update([scan(now, *points)], HostState(s_m=s_m, speed_mps=speed_mps), Road(), now)
+        assert tracker.counters["unfollowed"] == 0
+    assert not recwarn.list
+
+
+def test_posts_round_a_roundabout_are_no_fault_of_the_radar(recwarn: pytest.WarningsRecorder) -> None:
+    """5 m outside of a lane of 15 m radius: near the sensor their faces turn quickly, and their tracks begin anew."""
+    radius_m, speed_mps, place = 15.0, 5.0, Mounting(y_m=-0.9, yaw_rad=-0.5 * math.pi)
+    tracker, road = Tracker(), Road(curvature=((0.0, 1.0 / radius_m),), lane_width_m=5.0)
+    for k in range(140):
+        now, turned = CYCLE_S * k, speed_mps * CYCLE_S * k / radius_m
+        at = complex(math.sin(turned), -math.cos(turned)) * radius_m
+        axis = complex(math.cos(turned), math.sin(turned))
+        sensor, yaw_rate, points = at + axis * complex(place.x_m, place.y_m), speed_mps / radius_m, []
+        velocity = axis * speed_mps + 1j * yaw_rate * (sensor - at)
+        for n in range(8):
+            post = complex(math.sin(0.25 * math.pi * n + 0.2), -math.cos(0.25 * math.pi * n + 0.2)) * (radius_m + 5.0)
+            seen = (post - sensor) / axis * 1j  # in the sensor's own frame, which looks to the right
+            r, phi = abs(seen), math.atan2(seen.imag, seen.real)
+            if r < 13.0 and abs(phi) < 1.3:
+                rate = -((post - sensor).conjugate() * velocity).real / r
+                points.append(RadarDetection(range_m=r, azimuth_rad=phi, range_rate_mps=rate))
+        steering_rad = math.atan(CAR.wheelbase_m / radius_m)
+        host = HostState(s_m=radius_m * turned, speed_mps=speed_mps, steering_rad=steering_rad)
+        tracker.update([scan(now, *points, mounting=place)], host, road, now)
+    assert tracker.counters["initiated"] > 1
     assert tracker.counters["unfollowed"] == 0
     assert not recwarn.list
