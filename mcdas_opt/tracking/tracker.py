@@ -231,7 +231,8 @@ class Tracker:
         """Whether a return has come so often that it should be tracked, and is not."""
         scan = look.scan
         returns = self._unfollowed.setdefault(source_of(scan), UnfollowedReturns())
-        came = returns.take(unexplained(followers, self._lives, look.frame.road, scan.t_s, look.now), look.hit, scan.t_s)
+        tentative = unexplained(followers, self._lives, look.frame.road, scan.t_s, look.now)
+        came = returns.take(tentative, scan.t_s, look.hit, [(point, life) for point, life in followers.items() if life.confirmed])
         if came < SCANS:
             return False
         self.counters["unfollowed"] += 1

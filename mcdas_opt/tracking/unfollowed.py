@@ -19,6 +19,7 @@ _NEAR_M, _CLOSING_MPS = 5.0, 50.0  # a return is found again within so much of i
 _ASIDE_M, _CROSSING_MPS = 3.0, 10.0  # and across its line of sight
 _RATE_MPS, _RATE_MPS2 = 3.0, 15.0  # and of its range rate: clutter says another one each time
 _LONGEST_S = 1.0
+_FORGOTTEN = 0.1  # of a scan that has counted, with each that shows its confirmed track
 _OFF_ROAD_M = 1.0  # beyond the edge: rails, posts and trees stand there
 _BESIDE = 2.0  # of touching: so near a body its own farther reflections are
 UNKNOWN_MPS = 30.0  # sd of a range rate that is not believed
@@ -27,7 +28,8 @@ _DISBELIEVED_S = 60.0  # then they are tried again: tracks go on meanwhile
 
 @dataclass(slots=True)
 class UnfollowedReturns:
-    """Remembers, of one radar, the returns of its last two scans that belong to no confirmed track, and in how many scans each has come.
+    """Remembers, of one radar, the returns of its last two scans that belong to no confirmed track, or to a young one, and in how many
+    scans each has come without one.
 
     They are compared as the radar says them: neither the host's place nor its speed, which may be what is wrong, plays a part. Where one
     has come in `SCANS`, the radar's range rates are not believed for a while: who is there is tracked by places alone, if these are right.
@@ -42,11 +44,18 @@ class UnfollowedReturns:
         """Whether range rates are believed at `t_s`."""
         return not 0.0 <= t_s - self._disbelieved_s <= _DISBELIEVED_S
 
-    def take(self, returns: Sequence[tuple[RadarDetection, object]], hit: Set[object], t_s: float) -> int:
+    def take(
+        self,
+        returns: Sequence[tuple[RadarDetection, object]],
+        t_s: float,
+        hit: Set[object] = frozenset(),
+        confirmed: Sequence[tuple[RadarDetection, object]] = (),
+    ) -> int:
         """In how many scans the most persistent of these returns has come, each with its tentative track; 0: there are none.
 
         `hit` are all tracks that this scan has shown. Whose track is among them has gone on there: another return where it was before, as
-        of the next post of a guard rail, does not go on from it.
+        of the next post of a guard rail, does not go on from it. `confirmed` are the returns that belong to confirmed tracks: what was
+        counted of one is forgotten little by little, so that it counts where the track is soon lost, and begun anew.
         """
         elapsed_s = min(max(t_s - self._t_s, 0.0), _LONGEST_S)
         self._t_s = t_s
@@ -64,8 +73,11 @@ class UnfollowedReturns:
         )
         new[:, 3] = np.maximum(new[:, 3], 1.0 + np.where(again, old[None, :, 3], 0.0).max(axis=1, initial=0.0))
         left = ~again.any(axis=0)
-        self._seen = np.concatenate([new, old[left]])
-        self._tracks = [track for _, track in returns] + [track for track, is_left in zip(tracks, left, strict=True) if is_left]
+        young = [(p, track) for p, track in confirmed if scans.get(track, 0.0) > _FORGOTTEN]
+        kept = np.array([(p.range_m, p.azimuth_rad, p.range_rate_mps, scans[track] - _FORGOTTEN, 1.0) for p, track in young])
+        self._seen = np.concatenate([new, kept.reshape(-1, 5), old[left]])
+        self._tracks = [track for _, track in (*returns, *young)]
+        self._tracks += [track for track, is_left in zip(tracks, left, strict=True) if is_left]
         most = int(new[:, 3].max(initial=0.0))
         if most >= SCANS:
             self._disbelieved_s = t_s
