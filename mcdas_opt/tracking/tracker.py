@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -26,25 +25,20 @@ from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
+from mcdas_opt.tracking.intake import Intake
 from mcdas_opt.tracking.placed import PlacedBodies, Size, overlap
 from mcdas_opt.tracking.screening import (
     AGE_MAX_S,
-    COUNTERS,
     FAR_AHEAD_S,
-    FUTURE_TOLERANCE_S,
     MOST_DETECTIONS,
-    MOST_SCANS,
     Source,
-    body_fault,
     clock_fault,
-    radar_fault,
     scan_fault,
     source_of,
 )
 from mcdas_opt.tracking.track_life import ALIKE_MPS, MOST_SOURCES, TrackLife
 from mcdas_opt.tracking.unfollowed import SCANS, UNKNOWN_MPS, UnfollowedReturns, unexplained
 
-T = TypeVar("T")
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
 BODY_POSITION_SD_M = BODY_SPEED_SD_MPS = 1e-3  # of an ideal sensor
@@ -67,8 +61,7 @@ class Tracker:
     `body` is the (length, width) assumed of a car that only a radar has seen; `vehicle` is the host (its sensors turn with it). `motion` is
     a file in models/motion, or a path. `reflection` is where on a body radar points lie: on the near "face", or at its "centre" (point
     targets, antenna to antenna).
-    `counters` counts what became of scans and detections (`screening.COUNTERS`). What nobody can be tracked by is said besides, by a
-    `MeasurementWarning`, each kind once until `reset` (`notices`).
+    What nobody can be tracked by is counted (`counters`) and said, by a `MeasurementWarning`, each kind once until `reset` (`notices`).
     """
 
     def __init__(self, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None, *, motion: str = "car", reflection: str = "face") -> None:
@@ -81,9 +74,14 @@ class Tracker:
         self._filtering = build_filtering()
         self.reset()
 
+    @property
+    def counters(self) -> dict[str, int]:
+        """What became of scans and detections (`screening.COUNTERS`)."""
+        return self._intake.counters
+
     def reset(self) -> None:
         """Forget everything, the counters and the numbering too."""
-        self.counters: dict[str, int] = dict.fromkeys(COUNTERS, 0)
+        self._intake = Intake()
         self._numbered = 0
         self._notices = notices.Notices()
         self._jumped = False  # whether the clock jumped ahead in the last update
@@ -104,6 +102,10 @@ class Tracker:
         self._notices.say(counter, why, stacklevel=6)
         if is_anew:
             self._forget(is_anew=True)
+
+    def in_order(self, scans: Sequence[Scan], now: float) -> list[Scan]:
+        """Those that `update` would take in, in the order of their times."""
+        return self._intake.in_order(scans, now)
 
     def update(self, scans: Sequence[Scan], host: HostState, road: Road, now: float) -> None:
         """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times.
@@ -139,16 +141,6 @@ class Tracker:
         self._bury(now)
         self._number(now)
 
-    def in_order(self, scans: Sequence[Scan], now: float) -> list[Scan]:
-        """In the order of their times; of more than can be taken in the latest, and those that will be refused."""
-        ordered = sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf)
-        if len(ordered) <= MOST_SCANS:
-            return ordered
-        refused = sum(not scan.t_s <= now + FUTURE_TOLERANCE_S for scan in ordered)
-        beyond = max(len(ordered) - refused - MOST_SCANS, 0)
-        self.counters["too_many"] += beyond
-        return ordered[beyond:]
-
     def tracks(self, now: float) -> tuple[Track, ...]:
         """Confirmed tracks, predicted to `now` from the time of their last detection; oldest first. None of them where the clock is set
         back to before the last update."""
@@ -170,8 +162,8 @@ class Tracker:
             self._unfollowed = {source: returns for source, returns in self._unfollowed.items() if source in self._last}
         self._last[source_of(scan)] = scan
         self._clock_s = scan.t_s if self._clock_s is None else max(self._clock_s, scan.t_s)
-        points = self._sound_points(scan.radar)
-        bodies = self._sound_bodies(scan.bodies, look.host)
+        points = self._intake.points(scan)
+        bodies = self._intake.bodies(scan, look.host)
         is_sound = bool(points or bodies or not (scan.radar or scan.bodies))
         if len(scan.radar) > len(points) == MOST_DETECTIONS:
             is_sound = False
@@ -189,7 +181,9 @@ class Tracker:
             self._watch.heard(scan, look.now)
         else:
             self._watch.lost(scan)  # the sensor covers nothing
-        self._keep(self._most(self._lives, MOST_TRACKS, lambda life: (not life.confirmed, abs(life.place(scan.t_s)[0] - look.host.s_m))))
+        self._keep(
+            self._intake.most(self._lives, MOST_TRACKS, lambda life: (not life.confirmed, abs(life.place(scan.t_s)[0] - look.host.s_m)))
+        )
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
         """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
@@ -390,31 +384,3 @@ class Tracker:
             life.number = self._numbered
             old.append(life)
         self._lives = old
-
-    def _sound_points(self, points: Sequence[RadarDetection]) -> list[RadarDetection]:
-        sound = dict[RadarDetection, None]()
-        for point in points:
-            fault = radar_fault(point) or ("duplicate" if point in sound else None)
-            if fault is None:
-                sound[point] = None
-            else:
-                self.counters[fault] += 1
-        return self._most(sound, MOST_DETECTIONS, lambda point: point.range_m)
-
-    def _sound_bodies(self, bodies: Sequence[BodyDetection], host: HostState) -> list[BodyDetection]:
-        sound = dict[str, BodyDetection]()
-        for body in bodies:
-            fault = body_fault(body) or ("duplicate" if body.name in sound else None)
-            if fault is None:
-                sound[body.name] = body
-            else:
-                self.counters[fault] += 1
-        return self._most(sound.values(), MOST_DETECTIONS, lambda body: math.hypot(body.s_m - host.s_m, body.d_m - host.d_m))
-
-    def _most(self, given: Collection[T], most: int, rank: Callable[[T], float | tuple[bool, float]]) -> list[T]:
-        """All of them, or so many that rank first, in the order that they had; the others are counted."""
-        if len(given) <= most:
-            return list(given)
-        self.counters["too_many"] += len(given) - most
-        kept = set(sorted(range(len(given)), key=[rank(one) for one in given].__getitem__)[:most])
-        return [one for k, one in enumerate(given) if k in kept]
