@@ -14,7 +14,7 @@ import math
 import random
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mcdas_opt import HostState, Mounting, Planner, RadarDetection, Scan
 from mcdas_opt.domain.vocabulary import Sector
@@ -31,6 +31,7 @@ class Fault:
     clock: Callable[[int, random.Random], float] = lambda k, _: CYCLE_S * k
     place: Callable[[float], float] = lambda s_m: s_m
     rate: Callable[[float], float] = lambda rate_mps: rate_mps
+    yaw_rad: float = 0.0  # of the mounting, as it is said
     heading: Callable[[int, random.Random], float] = lambda _k, _random: 0.0
     every: int = 1  # of so many scans one arrives
     period_s: float = CYCLE_S
@@ -60,6 +61,10 @@ FAULTS = {
     "rate-zero": Fault(rate=lambda _: 0.0),
     "rate-sign": Fault(rate=lambda rate_mps: -rate_mps),
     "rate-kmh": Fault(rate=lambda rate_mps: 3.6 * rate_mps),
+    "rate-3-too-high": Fault(rate=lambda rate_mps: rate_mps + 3.0),
+    "rate-5-too-high": Fault(rate=lambda rate_mps: rate_mps + 5.0),
+    "rate-7-too-high": Fault(rate=lambda rate_mps: rate_mps + 7.0),
+    "yaw-pi": Fault(yaw_rad=math.pi),
     "period-0.5s": Fault(every=5, period_s=0.5),
     "period-said-50s": Fault(every=15, period_s=50.0),
     "one-scan-in-5": Fault(every=5),
@@ -83,7 +88,8 @@ def drive(fault: Fault, car_mps: float, gap_m: float) -> tuple[float | None, int
         car = RadarDetection(range_m=gap_m, azimuth_rad=0.0, range_rate_mps=fault.rate(car_mps - speed_mps))
         places = [(drawn.uniform(1.0, 170.0), drawn.uniform(-0.17, 0.17), drawn.uniform(-30.0, 10.0)) for _ in range(fault.clutter)]
         others = [RadarDetection(range_m=r, azimuth_rad=phi, range_rate_mps=rate) for r, phi, rate in places]
-        scans = [Scan(sensor="r", sector=Sector.FRONT, t_s=now, mounting=PLACE, radar=(car, *others), period_s=fault.period_s)]
+        place = replace(PLACE, yaw_rad=fault.yaw_rad)
+        scans = [Scan(sensor="r", sector=Sector.FRONT, t_s=now, mounting=place, radar=(car, *others), period_s=fault.period_s)]
         if fault.blind_twin:
             beside = Mounting(x_m=PLACE.x_m, y_m=0.5)
             scans.insert(0, Scan(sensor="r", sector=Sector.FRONT, t_s=now, mounting=beside, period_s=fault.period_s))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.tracking.screening import FUTURE_TOLERANCE_S, Source, source_of
+from mcdas_opt.tracking.screening import FUTURE_TOLERANCE_S, SAME_TIME_S, Source, source_of
 from mcdas_opt.tracking.track_life import COAST_S, CONFIRM_HITS, MOST_SOURCES
 
 COVERAGE_PERIODS = 3.0  # without a scan for so many periods, or for as long as tracks live, a sector counts as blind
@@ -46,7 +46,7 @@ class SectorWatch:
             self._heard = {source: watch for source, watch in self._heard.items() if now - watch.arrival_s <= COAST_S}
             self.is_anew = True
         was = self._heard.get(source_of(scan))
-        begins = self.is_anew if was is None else now - was.arrival_s > COAST_S
+        begins = self.is_anew if was is None else now - was.arrival_s > COAST_S + SAME_TIME_S
         awaited = CONFIRM_HITS if begins else 0 if was is None else was.awaited
         self._heard[source_of(scan)] = _Watch(scan.sector, scan.period_s, now, max(awaited - 1, 0))
 
@@ -62,6 +62,6 @@ class SectorWatch:
         seen = {
             watch.sector
             for watch in self._heard.values()
-            if watch.is_working and not watch.awaited and -FUTURE_TOLERANCE_S <= now - watch.arrival_s <= watch.longest_s + 1e-9
+            if watch.is_working and not watch.awaited and -FUTURE_TOLERANCE_S <= now - watch.arrival_s <= watch.longest_s + SAME_TIME_S
         }
         return Coverage(**{sector.value: sector in seen for sector in Sector})

@@ -8,7 +8,9 @@ from typing import TypeVar
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
+from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.tracking.screening import COUNTERS, FUTURE_TOLERANCE_S, MOST_DETECTIONS, MOST_SCANS, body_fault, radar_fault
+from mcdas_opt.tracking.track_life import MOST_SOURCES
 
 T = TypeVar("T")
 
@@ -18,6 +20,7 @@ class Intake:
 
     def __init__(self) -> None:
         self.counters: dict[str, int] = dict.fromkeys(COUNTERS, 0)
+        self._refused: dict[tuple[str, Sector], int] = {}  # of each sensor, how many scans in a row
 
     def in_order(self, scans: Sequence[Scan], now: float) -> list[Scan]:
         """In the order of their times; of more than can be taken in the latest, and those that will be refused."""
@@ -28,6 +31,25 @@ class Intake:
         beyond = max(len(ordered) - refused - MOST_SCANS, 0)
         self.counters["too_many"] += beyond
         return ordered[beyond:]
+
+    def take(self, scan: Scan, host: HostState) -> tuple[list[RadarDetection], list[BodyDetection], str | None]:
+        """The sound detections, and the fault of the first where none of them is."""
+        points, bodies = self.points(scan), self.bodies(scan, host)
+        if points or bodies:
+            return points, bodies, None
+        return points, bodies, next(filter(None, (*map(radar_fault, scan.radar), *map(body_fault, scan.bodies))), None)
+
+    def refused(self, scan: Scan) -> int:
+        """Nothing was taken of this scan: of how many of its sensor's in a row that is so now."""
+        if len(self._refused) > MOST_SOURCES:
+            self._refused.clear()
+        source = (scan.sensor, scan.sector)
+        self._refused[source] = self._refused.get(source, 0) + 1
+        return self._refused[source]
+
+    def accepted(self, scan: Scan) -> None:
+        """This one was taken."""
+        self._refused.pop((scan.sensor, scan.sector), None)
 
     def points(self, scan: Scan) -> list[RadarDetection]:
         """The sound ones, each once; of more than are followed the nearest."""

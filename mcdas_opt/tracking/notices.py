@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from dataclasses import dataclass, field
 
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.errors import MeasurementWarning
-from mcdas_opt.tracking.screening import AGE_MAX_S, MOST_DETECTIONS
+from mcdas_opt.tracking.screening import AGE_MAX_S, LAG_MAX_S, MOST_DETECTIONS, RANGE_MAX_M, SPEED_MAX_MPS
+
+_WHY = {
+    "not_finite": "is not finite",
+    "negative_range": "has a negative range",
+    "implausible": f"is beyond {RANGE_MAX_M:g} m, {SPEED_MAX_MPS:g} m/s or half a turn, or off any road; metres, m/s, radians?",
+    "future": "is of a time that is still to come",
+    "stale": f"is more than {AGE_MAX_S:g} s old",
+    "out_of_order": f"is older than this sensor's last, or than another's by more than {LAG_MAX_S:g} s",
+}
 
 
 @dataclass(slots=True)
@@ -16,10 +26,19 @@ class Notices:
 
     _said: set[str] = field(default_factory=set)
 
-    def say(self, counter: str, what: str, stacklevel: int = 4) -> None:
+    def say(self, counter: str, what: str) -> None:
+        """The warning names the caller's line, outside this package."""
         if counter not in self._said:
             self._said.add(counter)
-            warnings.warn(f"{what} (said once; counted as `{counter}`)", MeasurementWarning, stacklevel=stacklevel)
+            warnings.warn(f"{what} (said once; counted as `{counter}`)", MeasurementWarning, stacklevel=1 + _depth())
+
+
+def _depth() -> int:
+    """How many frames up, from `say` on, the caller from outside this package is."""
+    frame, depth = sys._getframe(1), 0
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "mcdas_opt":
+        frame, depth = frame.f_back, depth + 1
+    return depth
 
 
 def another_clock(scan: Scan, now: float) -> str:
@@ -63,6 +82,20 @@ def too_many_detections(scan: Scan, detections: int) -> str:
     return (
         f"{_scan(scan)}: of {detections} detections the nearest {MOST_DETECTIONS} are followed, so that the sensor covers nothing. "
         "Group a radar's points into objects before"
+    )
+
+
+def refused(scan: Scan, fault: str, scans: int, now: float) -> str:
+    return (
+        f"{_scan(scan)}: nothing could be taken of {scans} scans in a row, so that the sensor covers nothing. "
+        f"What the last one says, of t_s = {scan.t_s!r} at now = {now!r}, {_WHY[fault]}"
+    )
+
+
+def elsewhere(scan: Scan) -> str:
+    return (
+        f"{_scan(scan)}: every return comes from the other side of the car (mounting.yaw_rad = {scan.mounting.yaw_rad:.4g}), so that the "
+        "scan is dropped and the sensor covers nothing. The yaw, or the sector, is wrong: a sensor that looks back has a yaw of pi"
     )
 
 

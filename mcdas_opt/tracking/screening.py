@@ -19,7 +19,8 @@ SD_MIN, SD_MAX = 1e-6, 1e3  # [m, rad, m/s]: no radar claims to be better, none 
 MOUNTED_WITHIN_M = 100.0  # of the body centre: the longest road train
 MOST_SCANS = 40  # of an update: the latest
 MOST_DETECTIONS = 256  # of a scan: the nearest; a radar of points has to group them before
-SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
+SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan; and more than a clock of 1.7e9 s rounds off
+ELSEWHERE_RAD = math.radians(135.0)  # of where a sector lies: no sensor of it sees there alone
 Source = tuple[str, Sector, Mounting]  # one product may sit at several places
 
 COUNTERS = (
@@ -36,12 +37,15 @@ COUNTERS = (
     "future",  # scans ahead of the clock
     "stale",  # scans far behind the clock
     "dead",  # scans that say that their sensor does not work
+    "elsewhere",  # scans of a front or rear sensor, all of whose returns come from the other side
     "clock_back",  # times that the clock ran back: all that was remembered is forgotten
     "clock_ahead",  # times that it jumped ahead, likewise
     "clock_stands",  # cycles in which it had not gone on for ten, likewise
     "odometry",  # cycles in which the host's place had not moved as its speed and the clock say, likewise
     "unfollowed",  # scans with a return that has come again and again, and of which no track comes
 )
+
+_LIES_AT_RAD = {Sector.FRONT: 0.0, Sector.REAR: math.pi}
 
 
 def source_of(scan: Scan) -> Source:
@@ -50,7 +54,7 @@ def source_of(scan: Scan) -> Source:
 
 def clock_fault(now: float, last_s: float | None) -> str | None:
     """What is wrong with a clock that shows `now` after it has shown `last_s`, or None."""
-    if last_s is None or -FUTURE_TOLERANCE_S <= now - last_s <= AGE_MAX_S:
+    if last_s is None or -FUTURE_TOLERANCE_S <= now - last_s <= AGE_MAX_S + SAME_TIME_S:
         return None
     return "clock_back" if now < last_s else "clock_ahead"
 
@@ -70,7 +74,21 @@ def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | No
         return "out_of_order"
     if scan.t_s < now - AGE_MAX_S:
         return "stale"
-    return None if scan.working else "dead"
+    if not scan.working:
+        return "dead"
+    return "elsewhere" if _looks_elsewhere(scan) else None
+
+
+def _looks_elsewhere(scan: Scan) -> bool:
+    """Whether a front sensor looks back and every return of it comes from behind, or a rear one's from ahead: its yaw or its sector is
+    wrong."""
+    if scan.sector not in _LIES_AT_RAD or not scan.radar:
+        return False
+    turned = math.remainder(scan.mounting.yaw_rad - _LIES_AT_RAD[scan.sector], math.tau)
+    return abs(turned) > 0.5 * math.pi and all(
+        abs(point.azimuth_rad) <= math.pi and abs(math.remainder(turned + point.azimuth_rad, math.tau)) > ELSEWHERE_RAD
+        for point in scan.radar
+    )
 
 
 def radar_fault(point: RadarDetection) -> str | None:

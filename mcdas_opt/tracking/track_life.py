@@ -16,7 +16,7 @@ from mcdas_opt.domain.track import ALIGNED_RAD, Track
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.filtering import Filtering, TargetFilter, TargetFix
-from mcdas_opt.tracking.screening import Source, source_of
+from mcdas_opt.tracking.screening import SAME_TIME_S, Source, source_of
 from mcdas_opt.tracking.turn_rate import TurnRateFilter
 
 GATE = 16.27  # of the squared Mahalanobis distance of (s, d, range rate): lets 99.9 % of true detections in (chi-square, 3)
@@ -153,9 +153,9 @@ class TrackLife:
 
     def is_over(self, now: float) -> bool:
         """Whether the track ends: no detection for too long, or tentative and too many misses to be confirmed."""
-        hidden = now - self._hidden_s <= COAST_S + 1e-9
+        hidden = now - self._hidden_s <= COAST_S + SAME_TIME_S
         longest = BLIND_S if hidden else COAST_S
-        if now - max(self._arrival_s, self._stood_s if hidden else -math.inf) > longest + 1e-9:
+        if now - max(self._arrival_s, self._stood_s if hidden else -math.inf) > longest + SAME_TIME_S:
             return True
         if self.confirmed:
             return False

@@ -99,7 +99,7 @@ class Tracker:
     def distrust(self, counter: str, why: str, *, is_anew: bool) -> None:
         """Tracks are not to be relied on in this cycle: that is said, once. `is_anew`: they are forgotten."""
         self.counters[counter] += 1
-        self._notices.say(counter, why, stacklevel=6)
+        self._notices.say(counter, why)
         if is_anew:
             self._forget(is_anew=True)
 
@@ -127,17 +127,11 @@ class Tracker:
         for scan in self.in_order(scans, now):
             last = self._last.get(source_of(scan))
             fault = scan_fault(scan, now, None if last is None else last.t_s, self._clock_s)
-            if fault is not None:
+            if fault is None:
+                self._take(_Look(scan, host, frame, now))
+            else:
                 self.counters[fault] += 1
-                if fault == "dead":
-                    self._watch.lost(scan)
-                elif fault == "duplicate" and last is not None and (scan.radar, scan.bodies) != (last.radar, last.bodies):
-                    self._watch.lost(scan)
-                    self._notices.say(fault, notices.two_scans_at_once(scan))
-                elif fault == "future" and scan.t_s > now + FAR_AHEAD_S:
-                    self._notices.say(fault, notices.another_clock(scan, now))
-                continue
-            self._take(_Look(scan, host, frame, now))
+                self._refuse(scan, fault, last, now)
         self._bury(now)
         self._number(now)
 
@@ -154,6 +148,22 @@ class Tracker:
             return Coverage(front=False, rear=False, left=False, right=False)
         return self._watch.coverage(now)
 
+    def _refuse(self, scan: Scan, fault: str, last: Scan | None, now: float) -> None:
+        """Nothing of it is taken in: whether its sector is still covered by what came before, and whether the user is told."""
+        if fault == "dead":
+            self._watch.lost(scan)
+        elif fault == "duplicate":
+            if last is not None and (scan.radar, scan.bodies) != (last.radar, last.bodies):
+                self._watch.lost(scan)
+                self._notices.say(fault, notices.two_scans_at_once(scan))
+        elif fault == "elsewhere":
+            self._watch.lost(scan)
+            self._notices.say(fault, notices.elsewhere(scan))
+        elif fault == "future" and scan.t_s > now + FAR_AHEAD_S:
+            self._notices.say(fault, notices.another_clock(scan, now))
+        elif (refused := self._intake.refused(scan)) >= SCANS:
+            self._notices.say(fault, notices.refused(scan, fault, refused, now))
+
     def _take(self, look: _Look) -> None:
         scan = look.scan
         self.counters["scans"] += 1
@@ -162,12 +172,15 @@ class Tracker:
             self._unfollowed = {source: returns for source, returns in self._unfollowed.items() if source in self._last}
         self._last[source_of(scan)] = scan
         self._clock_s = scan.t_s if self._clock_s is None else max(self._clock_s, scan.t_s)
-        points = self._intake.points(scan)
-        bodies = self._intake.bodies(scan, look.host)
-        is_sound = bool(points or bodies or not (scan.radar or scan.bodies))
+        points, bodies, fault = self._intake.take(scan, look.host)
+        if fault is None:
+            self._intake.accepted(scan)
+        else:
+            self._refuse(scan, fault, None, look.now)
+        is_sound = fault is None
         if len(scan.radar) > len(points) == MOST_DETECTIONS:
             is_sound = False
-            self._notices.say("too_many", notices.too_many_detections(scan, len(scan.radar)), stacklevel=5)
+            self._notices.say("too_many", notices.too_many_detections(scan, len(scan.radar)))
         self._take_bodies(bodies, look)
         followers = self._take_points(points, look)
         for life in self._lives:
@@ -230,7 +243,7 @@ class Tracker:
         if came < SCANS:
             return False
         self.counters["unfollowed"] += 1
-        self._notices.say("unfollowed", notices.unfollowed(scan, came), stacklevel=6)
+        self._notices.say("unfollowed", notices.unfollowed(scan, came))
         return True
 
     def _take_points(self, points: list[RadarDetection], look: _Look) -> dict[RadarDetection, TrackLife]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -291,4 +292,92 @@ def test_posts_round_a_roundabout_are_no_fault_of_the_radar(recwarn: pytest.Warn
         tracker.update([scan(now, *points, mounting=place)], host, road, now)
     assert tracker.counters["initiated"] > 1
     assert tracker.counters["unfollowed"] == 0
+    assert not recwarn.list
+
+
+NOTHING: dict[str, Callable[[Scan], Scan]] = {
+    "is not finite": lambda s: replace(s, radar=(replace(s.radar[0], azimuth_rad=math.nan),)),
+    "has a negative range": lambda s: replace(s, radar=(replace(s.radar[0], range_m=-5.0),)),
+    "is beyond 300 m, 100 m/s or half a turn": lambda s: replace(s, radar=(replace(s.radar[0], range_m=7000.0),)),
+    "is of a time that is still to come": lambda s: replace(s, t_s=s.t_s + 0.5),
+    "is older than this sensor's last": lambda s: replace(s, t_s=s.t_s - 3.0),
+}
+
+
+@pytest.mark.parametrize("why", NOTHING)
+def test_where_nothing_can_be_taken_of_a_sensor_that_is_said(why: str) -> None:
+    tracker = Tracker()
+
+    def update(k: int, wrong: bool) -> None:
+        car = RadarDetection(range_m=50.0, azimuth_rad=0.0, range_rate_mps=0.0)
+        told = scan(CYCLE_S * k, car)
+        tracker.update([NOTHING[why](told) if wrong else told], HostState(s_m=2.0 * k, speed_mps=20.0), STRAIGHT, CYCLE_S * k)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for k in range(33):  # never so many in a row
+            update(k, wrong=k % SCANS > 0)
+        for k in range(33, 33 + SCANS - 1):
+            update(k, wrong=True)
+    with pytest.warns(MeasurementWarning, match=rf"nothing could be taken of {SCANS} scans in a row.*{why}"):
+        update(33 + SCANS - 1, wrong=True)
+    assert not tracker.coverage(CYCLE_S * (33 + SCANS - 1)).front
+
+
+def test_the_last_scan_said_again_and_again_is_no_fault(recwarn: pytest.WarningsRecorder) -> None:
+    """A loop of 100 Hz that passes on what a radar of 10 Hz said last."""
+    tracker = Tracker()
+    for k in range(60):
+        now, t_s = 0.01 * k, 0.1 * (k // 10)
+        car = RadarDetection(range_m=50.0, azimuth_rad=0.0, range_rate_mps=0.0)
+        tracker.update([scan(t_s, car)], HostState(s_m=20.0 * now, speed_mps=20.0), STRAIGHT, now)
+        assert tracker.coverage(now).front
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize(("sector", "yaw_rad", "azimuth_rad"), [("front", math.pi, 0.1), ("rear", 0.0, -0.1), ("rear", 0.3, 0.2)])
+def test_a_sensor_that_looks_to_the_other_side_covers_nothing(sector: str, yaw_rad: float, azimuth_rad: float) -> None:
+    tracker, car = Tracker(), RadarDetection(range_m=50.0, azimuth_rad=azimuth_rad, range_rate_mps=0.0)
+    told = Scan(sensor="r", sector=Sector(sector), t_s=0.0, mounting=Mounting(yaw_rad=yaw_rad), radar=(car,))
+    tracker.update([replace(told, radar=())], HostState(speed_mps=20.0), STRAIGHT, 0.0)
+    assert tracker.coverage(0.0).sees(Sector(sector))
+    with pytest.warns(MeasurementWarning, match="every return comes from the other side of the car"):
+        tracker.update([replace(told, t_s=0.1)], HostState(s_m=2.0, speed_mps=20.0), STRAIGHT, 0.1)
+    for k in range(2, 6):
+        tracker.update([replace(told, t_s=0.1 * k)], HostState(s_m=2.0 * k, speed_mps=20.0), STRAIGHT, 0.1 * k)
+    assert not tracker.tracks(0.5)
+    assert not tracker.coverage(0.5).sees(Sector(sector))
+
+
+@pytest.mark.parametrize(
+    ("sector", "yaw_rad", "azimuths_rad"),
+    [
+        ("front", 0.8, (1.3,)),  # a corner radar, at its edge
+        ("rear", 0.0, (3.0, -3.1)),  # angles against the car
+        ("rear", -math.pi, (0.0, 3.0)),
+        ("front", 1.5, (1.3,)),  # one that looks aside
+        ("left", -1.5, (0.0,)),
+        ("front", math.pi, ()),
+        ("front", math.pi, (4.0,)),
+    ],
+)
+def test_any_return_that_may_be_of_the_sector_is_enough(sector: str, yaw_rad: float, azimuths_rad: tuple[float, ...]) -> None:
+    tracker = Tracker()
+    points = [RadarDetection(range_m=50.0, azimuth_rad=azimuth, range_rate_mps=0.0) for azimuth in azimuths_rad]
+    told = Scan(sensor="r", sector=Sector(sector), t_s=0.0, mounting=Mounting(yaw_rad=yaw_rad), radar=tuple(points))
+    tracker.update([told], HostState(speed_mps=20.0), STRAIGHT, 0.0)
+    assert tracker.counters["elsewhere"] == 0
+    assert tracker.counters["scans"] == 1
+
+
+@pytest.mark.parametrize("origin_s", [0.0, 1.7e9])
+def test_a_scan_a_second_is_enough_whatever_the_clock_rounds_off(origin_s: float, recwarn: pytest.WarningsRecorder) -> None:
+    tracker = Tracker()
+    for k in range(40):
+        now, car = origin_s + 0.1 + 1.0 * k, RadarDetection(range_m=50.0, azimuth_rad=0.0, range_rate_mps=0.0)
+        now += (k % 2) * 2.4e-7
+        tracker.update([scan(now, car, period_s=1.0)], HostState(s_m=20.0 * k, speed_mps=20.0), STRAIGHT, now)
+        assert tracker.coverage(now).front
+        assert tracker.counters["clock_ahead"] == 0
+        assert len(tracker.tracks(now)) == (k > 1)
     assert not recwarn.list
