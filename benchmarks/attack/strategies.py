@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
+import random
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -238,6 +239,9 @@ _LAGS_S = st.one_of(st.just(0.0), st.floats(0.0, 0.3), st.sampled_from((1.0, 360
 _told = st.one_of(floats, floats, st.sampled_from((10**400, -(10**400), 3, np.float32(3.0), np.int8(-7))))  # by a sensor
 
 
+_CROWDED = st.sampled_from((*(0,) * 14, 40, 300))  # returns besides
+
+
 @st.composite
 def _bodies(draw: st.DrawFn) -> tuple[BodyDetection, ...]:
     return tuple(
@@ -254,6 +258,13 @@ def _bodies(draw: st.DrawFn) -> tuple[BodyDetection, ...]:
     )
 
 
+def _crowd(count: int, seed: int) -> tuple[RadarDetection, ...]:
+    """So many returns from anywhere: drawn one by one they would take longer than to be planned for."""
+    numbers = random.Random(seed)
+    places = [(numbers.uniform(0.5, 170.0), numbers.uniform(-0.8, 0.8), numbers.uniform(-60.0, 20.0)) for _ in range(count)]
+    return tuple(RadarDetection(range_m=r, azimuth_rad=phi, range_rate_mps=rate) for r, phi, rate in places)
+
+
 @st.composite
 def _scans(draw: st.DrawFn, now_s: float) -> tuple[Scan, ...]:
     found = []
@@ -268,7 +279,8 @@ def _scans(draw: st.DrawFn, now_s: float) -> tuple[Scan, ...]:
             )
             for _ in range(draw(st.integers(0, 6)))
         )
-        yaw_rad = math.pi if sector is Sector.REAR else 0.0
+        detections += _crowd(draw(_CROWDED), draw(st.integers(0, 3)))
+        yaw_rad = draw(st.sampled_from((0.0, math.pi))) if draw(st.integers(0, 9)) == 0 else math.pi * (sector is Sector.REAR)
         mounting = Mounting(x_m=draw(st.one_of(st.just(2.0), _told)), yaw_rad=yaw_rad)
         t_s, working = now_s - draw(_LAGS_S), draw(st.integers(0, 9)) > 0
         blind = draw(st.sampled_from((None, Beam(name="blind", range_max_m=4.0, half_angle_rad=0.8))))
