@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import json
 import math
 import pickle
 import threading
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -47,6 +49,23 @@ def test_so_may_its_clock_its_place_and_an_ideal_sensor() -> None:
     for name in list(BODY)[1:]:
         assert seen(bodies=(mo.BodyDetection(**(BODY | {name: HUGE})),)).verdict.passed
     assert mo.Mounting(x_m=HUGE, y_m=-HUGE).y_m == -math.inf
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64, np.longdouble, np.int8, np.uint64])
+def test_numbers_of_numpy_become_plain_ones(kind: Callable[[float], Any]) -> None:
+    """Single precision overflowed, with a warning of numpy's out of `step`, where a length of 1e300 m stood beside it."""
+    records = [
+        mo.RadarDetection(**dict.fromkeys(POINT, kind(3))),
+        mo.BodyDetection(**(BODY | {"width_m": kind(3), "length_m": 1e300})),
+        mo.Mounting(x_m=kind(3)),
+        mo.Scan(sensor="ahead", sector="front", t_s=kind(3), period_s=kind(3)),
+    ]
+    for record in records:
+        values = [getattr(record, field.name) for field in dataclasses.fields(record)]
+        assert not [value for value in values if isinstance(value, np.generic)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert seen(bodies=(records[1],)).verdict.passed
 
 
 class Unwritable:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from mcdas_opt.domain.rules import all_of, angle, positive, require_numbers, require_type, true_or_false, word
 from mcdas_opt.domain.sensor import Beam
 from mcdas_opt.domain.vocabulary import BodyKind, Sector
@@ -25,7 +23,7 @@ class Mounting:
 
     def __post_init__(self) -> None:
         require_numbers(self, ("x_m", "y_m", "yaw_rad"))
-        if not isinstance(self.yaw_rad, (float, np.floating)) or math.isfinite(self.yaw_rad):  # else the tracker refuses the scan
+        if math.isfinite(self.yaw_rad):  # else the tracker refuses the scan
             angle("yaw_rad", self.yaw_rad)
 
 

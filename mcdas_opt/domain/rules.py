@@ -91,15 +91,20 @@ def finite(name: str, value: float, unit: str = "") -> float:
 
 
 def require_numbers(record: object, names: tuple[str, ...]) -> None:
-    """Every named field (two or more) of a record is a number; it may be infinite, as an integer of hundreds of digits is, or none."""
+    """Every named field (two or more) of a record is a number; it may be infinite, as an integer of hundreds of digits is, or none.
+
+    Numbers of numpy and other subclasses become plain ones: single precision overflows beside them, and its rounding would go on.
+    """
     for name, value in zip(names, _reader(names)(record), strict=True):
         if type(value) is not float:
             if not _is_number(value):
                 raise ParameterError(name, value, "must be a number", unit_of(name))
             try:
-                float(value)
+                plain = float(value)
             except OverflowError:
-                object.__setattr__(record, name, math.inf if value > 0 else -math.inf)
+                plain = math.inf if value > 0 else -math.inf
+            if type(value) is not int or math.isinf(plain):
+                object.__setattr__(record, name, plain)
 
 
 def _is_number(value: object) -> bool:
