@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -229,4 +230,10 @@ def _row(table: results.Results, name: str) -> Looked:
 
 
 def _scene(path: Path) -> Looked:
+    return _read(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _read(path: Path, _: int) -> Looked:
+    """Once as long as the file stays as it is: every page begins with it."""
     return Looked(scene=scene_from_document(read_toml(path), path), path=path)

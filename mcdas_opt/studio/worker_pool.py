@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import pickle
 import time
 import traceback
@@ -204,6 +205,7 @@ async def _until_stopped(
 
 def _outcome(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[str, Any]:
     """In the worker's process: what came of it, in a form that travels."""
+    _give_way(5)
     try:
         return "done", work(*arguments)
     except McdasError as error:
@@ -226,11 +228,20 @@ def _escapes(question: Question) -> dict[str, Any]:
     return _own().escapes(question)
 
 
+@lru_cache(maxsize=2)
+def _give_way(by: int) -> None:
+    """This process gives way to the server, and one that works for long to those that answer at once."""
+    if hasattr(os, "nice"):
+        os.nice(by)
+
+
 def _drive(scene: Scene, planner: str, settings: Settings) -> dict[str, Any]:
+    _give_way(10)
     return drive_document(simulate(scene, planner, settings=settings, progress=_reporting()))
 
 
 def _read(folder: Folder, kind: str, name: str, sent: Path | None) -> Looked:
+    _give_way(10)
     tab = SandwichTab(folder)
     return tab.read(kind, name, _reporting()) if sent is None else tab.read_sent(sent, name, _reporting())
 

@@ -9,6 +9,7 @@ import pytest
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.errors import InputError, ParameterError, PlannerFaultError
 from mcdas_opt.evaluation.benchmark import check_planners
+from mcdas_opt.interop.recordings.recording import format_of
 from mcdas_opt.planning.method import METHODS
 from mcdas_opt.simulation.loop import simulate
 
@@ -156,3 +157,14 @@ def test_a_format_that_raises_or_gives_no_scene_is_named_with_the_file(ending: s
     assert str(file) in str(told.value)
     assert said in str(told.value)
     assert "pydantic" not in str(told.value)
+
+
+def test_a_log_of_ours_is_known_without_asking_the_installed_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which takes as long as to read a short log."""
+    asked: list[str] = []
+    monkeypatch.setattr("mcdas_opt.domain.registry.entry_points", lambda group: asked.append(group) or ())
+    assert format_of(Path("drive.log")) == "esr-candump"
+    assert not asked
+    with pytest.raises(InputError, match=r"drive\.xyz: is of no known format by its name; say --format, one of esr-candump, "):
+        format_of(Path("drive.xyz"))
+    assert asked == ["mcdas_opt.recordings"]

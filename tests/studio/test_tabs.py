@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import importlib.util
 import json
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from mcdas_opt.catalogue.data_files import shipped
+from mcdas_opt.catalogue.data_files import models_folder, shipped
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.errors import InputError, ParameterError
@@ -22,7 +23,7 @@ from mcdas_opt.plotting.web import PLANNERS
 from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.parking_tab import ParkingTab
 from mcdas_opt.studio.planner_cache import PlannerCache, methods
-from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.sandwich_tab import SandwichTab, _scene
 
 NASTY = "<script>alert(1)</script>"
 LOGS = importlib.util.find_spec("cantools") is not None and importlib.util.find_spec("can") is not None
@@ -204,3 +205,13 @@ def test_a_saved_case_is_the_case_that_was_seen(tmp_path: Path, name: str) -> No
     np.testing.assert_array_equal(first.goal, second.goal)
     assert first.limits == second.limits
     assert len(first.obstacles) == len(second.obstacles)
+
+
+def test_a_shipped_scene_is_read_once_as_long_as_it_stays_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "own.toml"
+    file.write_bytes((models_folder() / "scenes" / "benign-following.toml").read_bytes())
+    first = _scene(file)
+    assert _scene(file) is first
+    os.utime(file, ns=(0, 0))
+    assert _scene(file) is not first
+    assert _scene(file) == first

@@ -17,7 +17,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.sandwich_tab import SandwichTab
-from mcdas_opt.studio.worker_pool import AwaitedWorker, FaultError, LostWorkerError, StoppedError, WorkerPool
+from mcdas_opt.studio.worker_pool import AwaitedWorker, FaultError, LostWorkerError, StoppedError, WorkerPool, _read
 
 
 def refuse() -> None:
@@ -54,6 +54,24 @@ def test_work_comes_back_and_trouble_is_told(caplog: pytest.LogCaptureFixture) -
 
     asyncio.run(run())
     assert "break_down" in caplog.text
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="operating system: niceness is POSIX's")
+def test_workers_give_way_to_the_server_and_drives_to_what_is_answered_at_once(tmp_path: Path) -> None:
+    folder, own = Folder(root=tmp_path), os.getpriority(os.PRIO_PROCESS, 0)
+
+    async def run() -> tuple[int, int]:
+        worker = AwaitedWorker()
+        try:
+            answering = await worker.do(os.getpriority, os.PRIO_PROCESS, 0)
+            for _ in range(2):
+                await worker.do(_read, folder, "shipped", "sandwich-60-40", None)
+            return answering, await worker.do(os.getpriority, os.PRIO_PROCESS, 0)
+        finally:
+            worker.close()
+
+    assert asyncio.run(run()) == (min(own + 5, 19), min(own + 15, 19))
+    assert os.getpriority(os.PRIO_PROCESS, 0) == own
 
 
 def test_a_planner_that_cannot_leaves_the_others_their_word(tmp_path: Path) -> None:

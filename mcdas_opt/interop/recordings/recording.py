@@ -197,11 +197,19 @@ class Reader(Protocol):
 def format_of(path: Path) -> str:
     """The format whose files end so. Raises `InputError` that lists the formats."""
     ending = FOLDER if path.is_dir() else path.suffix.lower()
-    for name in (*READERS.own, *READERS.known()):
+
+    def ends_so(name: str) -> bool:
         reader: Reader = READERS.load(name)
-        if ending in reader.suffixes:
-            return name
-    raise InputError(path, "", None, f"is of no known format by its name; say --format, one of {', '.join(READERS.known())}")
+        return ending in reader.suffixes
+
+    ours = next(filter(ends_so, READERS.own), None)
+    if ours is not None:
+        return ours  # without asking the installed packages
+    known = READERS.known()
+    other = next(filter(ends_so, known), None)
+    if other is None:
+        raise InputError(path, "", None, f"is of no known format by its name; say --format, one of {', '.join(known)}")
+    return other
 
 
 def open_recording(path: Path, format: str) -> Recording:
