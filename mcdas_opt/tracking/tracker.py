@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
 from mcdas_opt.tracking.intake import Intake
 from mcdas_opt.tracking.placed import PlacedBodies, Size, overlap
+from mcdas_opt.tracking.range_rates import RangeRates
 from mcdas_opt.tracking.screening import (
     AGE_MAX_S,
     FAR_AHEAD_S,
@@ -37,7 +38,7 @@ from mcdas_opt.tracking.screening import (
     source_of,
 )
 from mcdas_opt.tracking.track_life import ALIKE_MPS, MOST_SOURCES, TrackLife
-from mcdas_opt.tracking.unfollowed import SCANS, UNKNOWN_MPS, UnfollowedReturns, unexplained
+from mcdas_opt.tracking.unfollowed import SCANS, UnfollowedReturns, unexplained
 
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
@@ -53,6 +54,15 @@ class _Look:
     frame: FrenetFrame
     now: float
     hit: set[TrackLife] = field(default_factory=set)
+
+
+@dataclass(slots=True)
+class _Heard:
+    """What is remembered of one sensor: its last scan, and whether it can be right."""
+
+    last: Scan
+    unfollowed: UnfollowedReturns = field(default_factory=UnfollowedReturns)
+    rates: RangeRates = field(default_factory=RangeRates)
 
 
 class Tracker:
@@ -91,8 +101,7 @@ class Tracker:
     def _forget(self, *, is_anew: bool) -> None:
         """No tracks, and no sensor that was heard of; `is_anew` where those that there were are forgotten."""
         self._lives: list[TrackLife] = []
-        self._last: dict[Source, Scan] = {}
-        self._unfollowed: dict[Source, UnfollowedReturns] = {}
+        self._heard: dict[Source, _Heard] = {}
         self._clock_s: float | None = None
         self._watch = SectorWatch(is_anew)
 
@@ -125,7 +134,8 @@ class Tracker:
             self._jumped, self._now_s = jump == "clock_ahead", now
         frame = frame_near(road, host.s_m)
         for scan in self.in_order(scans, now):
-            last = self._last.get(source_of(scan))
+            heard = self._heard.get(source_of(scan))
+            last = None if heard is None else heard.last
             fault = scan_fault(scan, now, None if last is None else last.t_s, self._clock_s)
             if fault is None:
                 self._take(_Look(scan, host, frame, now))
@@ -167,10 +177,9 @@ class Tracker:
     def _take(self, look: _Look) -> None:
         scan = look.scan
         self.counters["scans"] += 1
-        if len(self._last) > MOST_SOURCES:
-            self._last = {source: last for source, last in self._last.items() if scan.t_s - last.t_s <= AGE_MAX_S}
-            self._unfollowed = {source: returns for source, returns in self._unfollowed.items() if source in self._last}
-        self._last[source_of(scan)] = scan
+        if len(self._heard) > MOST_SOURCES:
+            self._heard = {source: heard for source, heard in self._heard.items() if scan.t_s - heard.last.t_s <= AGE_MAX_S}
+        self._heard.setdefault(source_of(scan), _Heard(scan)).last = scan
         self._clock_s = scan.t_s if self._clock_s is None else max(self._clock_s, scan.t_s)
         points, bodies, fault = self._intake.take(scan, look.host)
         if fault is None:
@@ -237,11 +246,12 @@ class Tracker:
     def _is_unfollowed(self, followers: dict[RadarDetection, TrackLife], look: _Look) -> bool:
         """Whether a return has come so often that it should be tracked, and is not."""
         scan = look.scan
-        returns = self._unfollowed.setdefault(source_of(scan), UnfollowedReturns())
+        heard = self._heard[source_of(scan)]
         tentative = unexplained(followers, self._lives, look.frame.road, scan.t_s, look.now)
-        came = returns.take(tentative, scan.t_s, look.hit, [(point, life) for point, life in followers.items() if life.confirmed])
+        came = heard.unfollowed.take(tentative, scan.t_s, look.hit, [(point, life) for point, life in followers.items() if life.confirmed])
         if came < SCANS:
             return False
+        heard.rates.disbelieve(scan.t_s)
         self.counters["unfollowed"] += 1
         self._notices.say("unfollowed", notices.unfollowed(scan, came))
         return True
@@ -253,8 +263,7 @@ class Tracker:
             return followers
         time_s = look.scan.t_s
         view = Viewpoint.of(look.scan.mounting, look.host, self.vehicle, look.frame)
-        returns = self._unfollowed.setdefault(source_of(look.scan), UnfollowedReturns())
-        rated = points if returns.believes_rates(time_s) else [replace(point, range_rate_sd_mps=UNKNOWN_MPS) for point in points]
+        rated = self._heard[source_of(look.scan)].rates.as_believed(points, time_s)
         reads: dict[Size | None, Sequence[TargetFix | None]] = {}
 
         def read(size: Size) -> Sequence[TargetFix | None]:

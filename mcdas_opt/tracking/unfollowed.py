@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
@@ -22,8 +21,6 @@ _LONGEST_S = 1.0
 _FORGOTTEN = 0.1  # of a scan that has counted, with each that shows its confirmed track
 _OFF_ROAD_M = 1.0  # beyond the edge: rails, posts and trees stand there
 _BESIDE = 2.0  # of touching: so near a body its own farther reflections are
-UNKNOWN_MPS = 30.0  # sd of a range rate that is not believed
-_DISBELIEVED_S = 60.0  # then they are tried again: tracks go on meanwhile
 
 
 @dataclass(slots=True)
@@ -31,18 +28,12 @@ class UnfollowedReturns:
     """Remembers, of one radar, the returns of its last two scans that belong to no confirmed track, or to a young one, and in how many
     scans each has come without one.
 
-    They are compared as the radar says them: neither the host's place nor its speed, which may be what is wrong, plays a part. Where one
-    has come in `SCANS`, the radar's range rates are not believed for a while: who is there is tracked by places alone, if these are right.
+    They are compared as the radar says them: neither the host's place nor its speed, which may be what is wrong, plays a part.
     """
 
     _seen: Array = field(default_factory=lambda: np.empty((0, 5)), init=False)  # range, azimuth, range rate, scans, scans ago
     _tracks: list[object] = field(default_factory=list, init=False)  # the tentative track that each belongs to
     _t_s: float = field(default=0.0, init=False)
-    _disbelieved_s: float = field(default=-math.inf, init=False)
-
-    def believes_rates(self, t_s: float) -> bool:
-        """Whether range rates are believed at `t_s`."""
-        return not 0.0 <= t_s - self._disbelieved_s <= _DISBELIEVED_S
 
     def take(
         self,
@@ -78,10 +69,7 @@ class UnfollowedReturns:
         self._seen = np.concatenate([new, kept.reshape(-1, 5), old[left]])
         self._tracks = [track for _, track in (*returns, *young)]
         self._tracks += [track for track, is_left in zip(tracks, left, strict=True) if is_left]
-        most = int(new[:, 3].max(initial=0.0))
-        if most >= SCANS:
-            self._disbelieved_s = t_s
-        return most
+        return int(new[:, 3].max(initial=0.0))
 
 
 def unexplained(

@@ -148,13 +148,6 @@ def test_what_was_counted_is_forgotten_where_the_track_lives_on() -> None:
         assert returns.take([(point, object())], 0.4 + 0.1 * lives) == counted
 
 
-def test_range_rates_that_were_not_believed_are_tried_again() -> None:
-    returns, point = UnfollowedReturns(), RadarDetection(range_m=50.0, azimuth_rad=0.1, range_rate_mps=-3.0)
-    assert [come(returns, [point], CYCLE_S * k) for k in range(SCANS)] == list(range(1, SCANS + 1))
-    t_s = CYCLE_S * (SCANS - 1)
-    assert [returns.believes_rates(t_s + later_s) for later_s in (-1.0, 0.0, 59.0, 61.0)] == [True, False, False, True]
-
-
 @pytest.mark.parametrize(("every", "period_s"), [(1, 0.1), (2, 0.1), (4, 0.1), (5, 0.1), (8, 0.1), (5, 0.5), (8, 0.8)])
 def test_who_is_seen_seldom_is_known(every: int, period_s: float, recwarn: pytest.WarningsRecorder) -> None:
     """Frames that are lost, and a slow radar: a tentative track waits for as long as a confirmed one."""
@@ -234,7 +227,7 @@ def test_a_new_name_in_every_scan_is_not_remembered_for_ever() -> None:
         now, host = CYCLE_S * k, HostState(s_m=2.0 * k, speed_mps=20.0)
         tracker.update([replace(scan(now, car), sensor=f"r{k}")], host, STRAIGHT, now)
     assert len(tracker.tracks(now)) == 1
-    for remembered in (tracker._last, tracker._unfollowed, tracker._watch._heard, tracker._lives[0]._sources):
+    for remembered in (tracker._heard, tracker._watch._heard, tracker._lives[0]._sources):
         assert len(remembered) <= MOST_SOURCES + 1
 
 
