@@ -2,6 +2,7 @@
 
     python benchmarks/wrong_measurements.py             # a minute and a half of one core
     python benchmarks/wrong_measurements.py clock-twice heading-flips
+    python benchmarks/wrong_measurements.py --recorded FOLDER [fault ...]  # range rates of radar_tracks.csv there, beside host.csv
 
 The host drives at 20 m/s, and asks for it. The car ahead is 10 m/s slower, 75 m away, or stands 120 m away. 20 s in closed loop, the
 host as the plan's acceleration says. `unknown` counts the cycles, but for the first, in which the front was covered and nobody known.
@@ -10,15 +11,20 @@ host as the plan's acceleration says. `unknown` counts the cycles, but for the f
 from __future__ import annotations
 
 import argparse
+import csv
 import math
 import random
+import tempfile
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from mcdas_opt import HostState, Mounting, Planner, RadarDetection, Scan
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import MeasurementWarning
+from mcdas_opt.interop.replay import replay
+from mcdas_opt.interop.replay_record import Summary
 
 CYCLE_S, CYCLES = 0.1, 200
 PLACE = Mounting(x_m=2.25)
@@ -61,6 +67,7 @@ FAULTS = {
     "rate-zero": Fault(rate=lambda _: 0.0),
     "rate-sign": Fault(rate=lambda rate_mps: -rate_mps),
     "rate-kmh": Fault(rate=lambda rate_mps: 3.6 * rate_mps),
+    "rate-2-too-high": Fault(rate=lambda rate_mps: rate_mps + 2.0),
     "rate-3-too-high": Fault(rate=lambda rate_mps: rate_mps + 3.0),
     "rate-5-too-high": Fault(rate=lambda rate_mps: rate_mps + 5.0),
     "rate-7-too-high": Fault(rate=lambda rate_mps: rate_mps + 7.0),
@@ -108,13 +115,32 @@ def drive(fault: Fault, car_mps: float, gap_m: float) -> tuple[float | None, int
     return None, known, unknown
 
 
+def recorded(folder: Path, fault: Fault) -> Summary:
+    """A recorded list of targets, with range rates that are wrong, tracked."""
+    with tempfile.TemporaryDirectory() as made, (folder / "radar_tracks.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+        with (Path(made) / "radar.csv").open("w", newline="") as copy:
+            writer = csv.DictWriter(copy, rows[0])
+            writer.writeheader()
+            writer.writerows(row | {"range_rate_mps": fault.rate(float(row["range_rate_mps"]))} for row in rows)
+        return replay(Path(made) / "radar.csv", "radar-csv", host=folder / "host.csv", plan=False).summary
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("faults", nargs="*", metavar="fault", help="of: " + ", ".join(FAULTS))
+    parser.add_argument("--recorded", type=Path, metavar="FOLDER", help="track a recording, with these faults of its range rates")
     arguments = parser.parse_args()
     if not set(arguments.faults) <= FAULTS.keys():
         parser.error("no such fault: " + ", ".join(sorted(set(arguments.faults) - FAULTS.keys())))
     warnings.simplefilter("ignore", MeasurementWarning)
+    if arguments.recorded is not None:
+        print("| fault | found wrong | unfollowed | front covered | tracks begun |\n" + "|---" * 5 + "|")
+        for name in arguments.faults or [name for name in FAULTS if name == "none" or name.endswith("too-high")]:
+            found = recorded(arguments.recorded, FAULTS[name])
+            counted = [str(found.tracker[counter]) for counter in ("range_rates", "unfollowed")]
+            print(f"| {name} | " + " | ".join([*counted, f"{found.covered['front']:.3f}", str(found.tracks_started)]) + " |", flush=True)
+        return
     print("| fault | car ahead: contact [m/s] | known | unknown | standing: contact [m/s] | known | unknown |\n" + "|---" * 7 + "|")
     for name in arguments.faults or FAULTS:
         cells = []

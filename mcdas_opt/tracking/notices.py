@@ -78,6 +78,14 @@ def unfollowed(scan: Scan, scans: int) -> str:
     )
 
 
+def range_rates(scan: Scan, too_high_mps: float) -> str:
+    return (
+        f"{_scan(scan)}: its range rates are {abs(too_high_mps):.2g} m/s too {'high' if too_high_mps > 0.0 else 'low'}, as its ranges "
+        "change: for a minute they are not believed, and cars are tracked by their places. Is the rate positive where the distance grows, "
+        "in m/s, and not over ground? Are the scans' times right?"
+    )
+
+
 def too_many_detections(scan: Scan, detections: int) -> str:
     return (
         f"{_scan(scan)}: of {detections} detections the nearest {MOST_DETECTIONS} are followed, so that the sensor covers nothing. "

@@ -42,6 +42,7 @@ COUNTERS = (
     "clock_ahead",  # times that it jumped ahead, likewise
     "clock_stands",  # cycles in which it had not gone on for ten, likewise
     "odometry",  # cycles in which the host's place had not moved as its speed and the clock say, likewise
+    "range_rates",  # scans by which a radar's ranges change otherwise than its range rates say
     "unfollowed",  # scans with a return that has come again and again, and of which no track comes
 )
 

@@ -25,9 +25,9 @@ from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
+from mcdas_opt.tracking.heard import Heard
 from mcdas_opt.tracking.intake import Intake
 from mcdas_opt.tracking.placed import PlacedBodies, Size, overlap
-from mcdas_opt.tracking.range_rates import RangeRates
 from mcdas_opt.tracking.screening import (
     AGE_MAX_S,
     FAR_AHEAD_S,
@@ -38,7 +38,7 @@ from mcdas_opt.tracking.screening import (
     source_of,
 )
 from mcdas_opt.tracking.track_life import ALIKE_MPS, MOST_SOURCES, TrackLife
-from mcdas_opt.tracking.unfollowed import SCANS, UnfollowedReturns, unexplained
+from mcdas_opt.tracking.unfollowed import SCANS
 
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
@@ -54,15 +54,6 @@ class _Look:
     frame: FrenetFrame
     now: float
     hit: set[TrackLife] = field(default_factory=set)
-
-
-@dataclass(slots=True)
-class _Heard:
-    """What is remembered of one sensor: its last scan, and whether it can be right."""
-
-    last: Scan
-    unfollowed: UnfollowedReturns = field(default_factory=UnfollowedReturns)
-    rates: RangeRates = field(default_factory=RangeRates)
 
 
 class Tracker:
@@ -101,7 +92,7 @@ class Tracker:
     def _forget(self, *, is_anew: bool) -> None:
         """No tracks, and no sensor that was heard of; `is_anew` where those that there were are forgotten."""
         self._lives: list[TrackLife] = []
-        self._heard: dict[Source, _Heard] = {}
+        self._heard: dict[Source, Heard] = {}
         self._clock_s: float | None = None
         self._watch = SectorWatch(is_anew)
 
@@ -179,7 +170,8 @@ class Tracker:
         self.counters["scans"] += 1
         if len(self._heard) > MOST_SOURCES:
             self._heard = {source: heard for source, heard in self._heard.items() if scan.t_s - heard.last.t_s <= AGE_MAX_S}
-        self._heard.setdefault(source_of(scan), _Heard(scan)).last = scan
+        heard = self._heard.setdefault(source_of(scan), Heard(scan))
+        heard.last = scan
         self._clock_s = scan.t_s if self._clock_s is None else max(self._clock_s, scan.t_s)
         points, bodies, fault = self._intake.take(scan, look.host)
         if fault is None:
@@ -197,8 +189,10 @@ class Tracker:
                 life.miss(scan)
         self._tell_apart(look)
         self._merge(scan.t_s, look.now)
-        if self._is_unfollowed(followers, look):
+        for counter, why in heard.doubts(followers, self._lives, look.hit, look.frame.road, look.now).items():
             is_sound = False
+            self.counters[counter] += 1
+            self._notices.say(counter, why)
         if is_sound:
             self._watch.heard(scan, look.now)
         else:
@@ -242,19 +236,6 @@ class Tracker:
             else:
                 life = self._begin(fix, look)
             life.know(body, road_heading, time_s)
-
-    def _is_unfollowed(self, followers: dict[RadarDetection, TrackLife], look: _Look) -> bool:
-        """Whether a return has come so often that it should be tracked, and is not."""
-        scan = look.scan
-        heard = self._heard[source_of(scan)]
-        tentative = unexplained(followers, self._lives, look.frame.road, scan.t_s, look.now)
-        came = heard.unfollowed.take(tentative, scan.t_s, look.hit, [(point, life) for point, life in followers.items() if life.confirmed])
-        if came < SCANS:
-            return False
-        heard.rates.disbelieve(scan.t_s)
-        self.counters["unfollowed"] += 1
-        self._notices.say("unfollowed", notices.unfollowed(scan, came))
-        return True
 
     def _take_points(self, points: list[RadarDetection], look: _Look) -> dict[RadarDetection, TrackLife]:
         """Radar points: confirmed tracks choose first, then tentative ones; what is left begins new tracks. Whose each is."""

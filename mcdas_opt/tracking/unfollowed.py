@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class UnfollowedReturns:
         returns: Sequence[tuple[RadarDetection, object]],
         t_s: float,
         hit: Set[object] = frozenset(),
-        confirmed: Sequence[tuple[RadarDetection, object]] = (),
+        confirmed: Mapping[RadarDetection, object] = MappingProxyType({}),
     ) -> int:
         """In how many scans the most persistent of these returns has come, each with its tentative track; 0: there are none.
 
@@ -64,7 +65,7 @@ class UnfollowedReturns:
         )
         new[:, 3] = np.maximum(new[:, 3], 1.0 + np.where(again, old[None, :, 3], 0.0).max(axis=1, initial=0.0))
         left = ~again.any(axis=0)
-        young = [(p, track) for p, track in confirmed if scans.get(track, 0.0) > _FORGOTTEN]
+        young = [(p, track) for p, track in confirmed.items() if scans.get(track, 0.0) > _FORGOTTEN]
         kept = np.array([(p.range_m, p.azimuth_rad, p.range_rate_mps, scans[track] - _FORGOTTEN, 1.0) for p, track in young])
         self._seen = np.concatenate([new, kept.reshape(-1, 5), old[left]])
         self._tracks = [track for _, track in (*returns, *young)]
