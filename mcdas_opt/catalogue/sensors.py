@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -10,7 +11,7 @@ from pydantic import Field
 from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
 from mcdas_opt.catalogue.part import Part, SourcedFile
 from mcdas_opt.domain.sensor import Beam, Sensor
-from mcdas_opt.errors import InputError, blaming
+from mcdas_opt.errors import InputError, blaming, reading
 
 IDEAL = "ideal"  # body centre and velocity of every neighbour in the sector
 NONE = "none"  # nobody watches the sector
@@ -48,6 +49,14 @@ def known_sensors() -> tuple[str, ...]:
 def load_sensor(name: str | Path, beside: Path | None = None) -> Sensor:
     """The radar behind a shipped name or a path. Raises `InputError` that names the file, the key and the known sensors."""
     path = _find(str(name), beside)
+    with reading(path):
+        found = path.stat()
+    return _read(path, found.st_ino, found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=64)
+def _read(path: Path, *_: int) -> Sensor:
+    """Once as long as the file stays as it is: a scene's are asked for at each of its edits."""
     entry = checked(SensorFile, read_toml(path), path)
     with blaming(path):
         beams = tuple(Beam(name=b.name, range_max_m=b.range_max_m, half_angle_rad=b.half_angle_rad) for b in entry.beam)

@@ -86,6 +86,14 @@ def test_a_sensor_that_is_not_there() -> None:
         load_sensor("ideal")
 
 
+def test_a_sensor_file_that_was_changed_is_read_anew(tmp_path: Path) -> None:
+    path = written(tmp_path, ESR)
+    before = load_sensor(path)
+    assert load_sensor(path) is before
+    written(tmp_path, ESR.replace("detection_probability = 0.98", "detection_probability = 0.81", 1))
+    assert load_sensor(path).detection_probability == 0.81
+
+
 @pytest.mark.parametrize("name", shipped("motion"))
 def test_every_shipped_motion_is_sound(name: str) -> None:
     motion = load_motion(name)
