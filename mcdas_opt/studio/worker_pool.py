@@ -172,7 +172,7 @@ class WorkerPool:
     async def park(self, case: ParkingCase, planner: str, page: Hashable = None) -> dict[str, Any]:
         """A planner's answer to a parking case; the quick one does not wait for the others. Raises `McdasError`."""
         worker = self._quick if planner == LIVE else self._parking
-        answer: dict[str, Any] = await worker.do(parked, case, planner, page=page)
+        answer: dict[str, Any] = await worker.do(_park, case, planner, page=page)
         return answer
 
     async def installed(self) -> tuple[str, ...]:
@@ -205,7 +205,6 @@ async def _until_stopped(
 
 def _outcome(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[str, Any]:
     """In the worker's process: what came of it, in a form that travels."""
-    _give_way(5)
     try:
         return "done", work(*arguments)
     except McdasError as error:
@@ -221,6 +220,8 @@ def _own() -> PlannerCache:
 
 
 def _plan(name: str, question: Question) -> dict[str, Any]:
+    if name in _SOLVED:
+        _give_way(5)
     return _own().plan(name, question)
 
 
@@ -228,20 +229,26 @@ def _escapes(question: Question) -> dict[str, Any]:
     return _own().escapes(question)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _give_way(by: int) -> None:
-    """This process gives way to the server, and one that works for long to those that answer at once."""
+    """This process gives way to the server and the quick planners; one that drives or reads, to the solvers too."""
     if hasattr(os, "nice"):
         os.nice(by)
 
 
 def _drive(scene: Scene, planner: str, settings: Settings) -> dict[str, Any]:
-    _give_way(10)
+    _give_way(15)
     return drive_document(simulate(scene, planner, settings=settings, progress=_reporting()))
 
 
+def _park(case: ParkingCase, planner: str) -> dict[str, Any]:
+    if planner != LIVE:
+        _give_way(5)
+    return parked(case, planner)
+
+
 def _read(folder: Folder, kind: str, name: str, sent: Path | None) -> Looked:
-    _give_way(10)
+    _give_way(15)
     tab = SandwichTab(folder)
     return tab.read(kind, name, _reporting()) if sent is None else tab.read_sent(sent, name, _reporting())
 
