@@ -36,7 +36,12 @@ def models_folder() -> Path:
 
 def shipped(kind: str, suffix: str = ".toml") -> tuple[str, ...]:
     """Names of the shipped files of a kind ('vehicles', 'sensors', 'scenes' ...)."""
-    return tuple(sorted(path.stem for path in (models_folder() / kind).glob(f"*{suffix}")))
+    return _names(models_folder() / kind, suffix)
+
+
+@lru_cache(maxsize=32)
+def _names(folder: Path, suffix: str) -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in folder.glob(f"*{suffix}")))
 
 
 def find(kind: str, name: str, suffix: str = ".toml", beside: Path | None = None) -> Path:

@@ -5,21 +5,18 @@ from __future__ import annotations
 import types
 import uuid
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from mcdas_opt import __version__
-from mcdas_opt.parking.park import PLANNERS as PARKERS
-from mcdas_opt.plotting.web import palette, script, style_sheet
-from mcdas_opt.studio import parking_tab
+from mcdas_opt.plotting.web import script, style_sheet
 from mcdas_opt.studio.connection import Connection
-from mcdas_opt.studio.knobs import KNOBS, Knob
 from mcdas_opt.studio.page_session import PageSession
 from mcdas_opt.studio.parking_session import ParkingSession
+from mcdas_opt.studio.parking_tab import ParkingTab
 from mcdas_opt.studio.request_filter import LARGEST_BODY
 from mcdas_opt.studio.sandwich_tab import SandwichTab
-from mcdas_opt.studio.studio import Studio, looks
+from mcdas_opt.studio.studio import Studio
 
 _WEB = Path(__file__).resolve().parent / "web"
 _SCRIPTS = (
@@ -58,12 +55,6 @@ def register(studio: Studio) -> None:
     sandwich_view: Any = types.new_class("SandwichTabView", (base,), {"component": _WEB / "sandwich_tab_view.js"})
     parking_view: Any = types.new_class("ParkingTabView", (base,), {"component": _WEB / "parking_tab_view.js"})
 
-    def put(view: Any, setup: dict[str, Any]) -> Any:
-        """A view of the page with what it needs to begin."""
-        stage = view()
-        stage._props.update(look=palette(), setup=setup)
-        return stage
-
     def listen(stage: Any, connection: Connection, handlers: dict[str, Handler]) -> None:
         def heard(handler: Handler) -> Callable[[Any], Awaitable[None] | None]:
             def hear(event: Any) -> Awaitable[None] | None:
@@ -95,29 +86,22 @@ def register(studio: Studio) -> None:
 
     async def _page() -> None:
         key = uuid.uuid4().hex
-        listed = await studio.listing(key)
+        setup = await studio.setup(key)
         ui.add_head_html(f'<link rel="stylesheet" href="/studio/pictures.css?{__version__}">')
         ui.add_head_html(f'<script src="/studio/pictures.js?{__version__}"></script>')
+        ui.add_body_html(f"<script>window.mcdas.setup = {setup};</script>")
         ui.add_body_html('<p class="mcdas-loading" role="status">loading the studio …</p>')  # until its scripts are there
-        sandwich, parking = SandwichTab(studio.folder), parking_tab.ParkingTab(studio.folder)
+        sandwich, parking = SandwichTab(studio.folder), ParkingTab(studio.folder)
         with ui.element("header").classes("mcdas-header"):
             ui.html("<h1>mcdas-opt studio</h1>", sanitize=False)
             with ui.tabs() as tabs:
                 traffic, place = ui.tab("Sandwich"), ui.tab("Parking")
         with ui.tab_panels(tabs, value=traffic, animated=False):
             with ui.tab_panel(traffic):
-                stage = put(
-                    sandwich_view,
-                    {
-                        "knobs": _knobs(KNOBS),
-                        "planners": looks(studio.planners({})),
-                        "files": listed.scenes,
-                        "form": listed.form,
-                        "upload": {"url": f"/studio/file?page={key}", "most": LARGEST_BODY},
-                    },
-                )
+                stage = sandwich_view()
+                stage._props["upload"] = {"url": f"/studio/file?page={key}", "most": LARGEST_BODY}
             with ui.tab_panel(place):
-                yard = put(parking_view, {"knobs": _knobs(parking_tab.KNOBS), "planners": list(PARKERS), "files": listed.cases})
+                yard = parking_view()
         to_sandwich, to_parking = connection_of(stage), connection_of(yard)
         session = PageSession(studio, sandwich, to_sandwich)
         parking_session = ParkingSession(studio, parking, to_parking)
@@ -155,7 +139,3 @@ def register(studio: Studio) -> None:
         )
 
     ui.page("/", title="mcdas-opt studio", response_timeout=_LISTED_S)(_page)
-
-
-def _knobs(knobs: tuple[Knob, ...]) -> list[dict[str, Any]]:
-    return [asdict(knob) for knob in knobs]

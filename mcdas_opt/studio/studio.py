@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import McdasError
-from mcdas_opt.plotting.web import PLANNERS, look_of
+from mcdas_opt.parking.park import PLANNERS as PARKERS
+from mcdas_opt.plotting.web import PLANNERS, in_script, look_of, palette
+from mcdas_opt.studio import knobs, parking_tab
 from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.form import form
 from mcdas_opt.studio.parking_tab import ParkingTab
@@ -44,13 +47,14 @@ class Studio:
         self.editing, self.reading = TurnedThread("editing"), TurnedThread("reading")
         self.sessions: dict[str, PageSession] = {}
         self._installed: tuple[str, ...] | None = None
+        self._setup: tuple[Listing, str] | None = None  # what it was made of, and the text
 
     async def warm(self) -> None:
         """Lets the processes start and build their solvers before anybody asks; what every page shows first is answered then."""
         async for _ in self.workers.answer(SandwichTab(self.folder).question(), self.planners({})):
             pass
         await self.installed()
-        await self.listing(self)
+        await self.setup(self)
 
     async def listing(self, page: Hashable) -> Listing:
         """What can be opened. What a file holds is found out a file a turn, and once as long as it stays as it is."""
@@ -61,6 +65,13 @@ class Studio:
             return Listing(SandwichTab(self.folder).data_files(), ParkingTab(self.folder).data_files(), form(self.folder))
 
         return await self.reading.do(listed, page)
+
+    async def setup(self, page: Hashable) -> str:
+        """What both tabs begin with, to stand inside a script: the same text for every page as long as the same can be opened."""
+        listed = await self.listing(page)
+        if self._setup is None or self._setup[0] != listed:
+            self._setup = listed, _setup(listed, looks(self.planners({})))
+        return self._setup[1]
 
     async def installed(self) -> tuple[str, ...]:
         """The planners that can be built here."""
@@ -105,6 +116,12 @@ class Studio:
             except McdasError as error:
                 return {"error": self.problem(error)["text"]}
         return {"name": name}
+
+
+def _setup(listed: Listing, planners: list[dict[str, Any]]) -> str:
+    sandwich = {"knobs": [asdict(knob) for knob in knobs.KNOBS], "planners": planners, "files": listed.scenes, "form": listed.form}
+    parking = {"knobs": [asdict(knob) for knob in parking_tab.KNOBS], "planners": PARKERS, "files": listed.cases}
+    return in_script({"look": palette(), "sandwich": sandwich, "parking": parking})
 
 
 def looks(names: Sequence[str]) -> list[dict[str, Any]]:

@@ -193,3 +193,20 @@ def test_a_visitor_is_answered_while_the_files_of_a_folder_are_read_for_another_
     before, listed = asyncio.run(run())
     assert not before
     assert len(next(group["names"] for group in listed.scenes if group["kind"] == "scene")) == 30
+
+
+def test_every_page_begins_with_the_same_text_until_the_folder_holds_something_else(tmp_path: Path) -> None:
+    async def run() -> tuple[str, str, str]:
+        studio = Studio(Folder(root=tmp_path))
+        try:
+            first, second = await studio.setup("one"), await studio.setup("another")
+            (tmp_path / "<script>.toml").write_text("[host]\nspeed_mps = 10.0\n")
+            return first, second, await studio.setup("one")
+        finally:
+            studio.close()
+
+    first, second, third = asyncio.run(run())
+    assert first is second
+    assert "toml" not in first
+    assert "\\u003cscript\\u003e.toml" in third
+    assert "<" not in third, "no tag begins or ends in it"

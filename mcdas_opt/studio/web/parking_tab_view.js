@@ -1,9 +1,9 @@
 // Vue's door to the parking tab.
 export default {
   template: `<div class="mcdas mcdas-studio"></div>`,
-  props: { look: Object, setup: Object },
   mounted() {
-    this.view = new window.mcdas.ParkingTab(this.$el, this.look, this.setup, (name, payload) => this.$emit(name, payload));
+    const { look, parking } = window.mcdas.setup;
+    this.view = new window.mcdas.ParkingTab(this.$el, look, parking, (name, payload) => this.$emit(name, payload));
     this.$emit("ready", {});
   },
   methods: {
