@@ -24,9 +24,15 @@ SIGMAS = 2.5
 def rounded(values: Any, digits: int = 2) -> list[Any]:
     """Plain numbers of so many digits; what is not finite becomes None."""
     array = np.asarray(values, dtype=np.float64)
-    if array.ndim > 1:
-        return [rounded(row, digits) for row in array]
-    return [round(float(v), digits) if math.isfinite(v) else None for v in array]
+    is_finite = np.isfinite(array)
+    with np.errstate(over="ignore"):
+        plain = np.round(array, digits)
+    plain = np.where(np.isfinite(plain), plain, array)  # what is so large has no such digits
+    if not is_finite.all():
+        plain = plain.astype(object)
+        plain[~is_finite] = None
+    numbers: list[Any] = plain.tolist()
+    return numbers
 
 
 def _pieces(d_m: Array) -> list[slice]:

@@ -106,6 +106,7 @@ def test_no_text_ends_a_script(document: Any) -> None:
 
 def test_numbers_that_are_none_become_null() -> None:
     assert rounded([[1.0049, np.nan], [np.inf, -2.0]]) == [[1.0, None], [None, -2.0]]
+    assert rounded([1e308, -1.239]) == [1e308, -1.24]
     with pytest.raises(ValueError, match="JSON"):
         in_script([float("nan")])
 
