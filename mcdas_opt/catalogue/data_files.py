@@ -9,15 +9,16 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.domain.parsing import LARGEST_JSON, LARGEST_TOML, parsed_json, parsed_toml
 from mcdas_opt.errors import InputError, check_file_name, degrees_perhaps, nearest, reading
 
 LARGEST_TEXT = 200_000_000  # characters
 LARGEST_RECORDING = 500_000_000  # bytes
 
-Model = TypeVar("Model", bound=BaseModel)
+Model = TypeVar("Model", bound=Part)
 
 
 @lru_cache(maxsize=4)
@@ -118,7 +119,7 @@ def checked(model: type[Model], document: Any, file: object, context: Any = None
         raise InputError(file, "", None, other) if other else told(error, model, file) from None
 
 
-def told(error: ValidationError, model: type[BaseModel], file: object) -> InputError:
+def told(error: ValidationError, model: type[Part], file: object) -> InputError:
     """What pydantic found wrong with a `model`, as `checked` tells it."""
     faults = error.errors()
     first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
@@ -136,9 +137,9 @@ def told(error: ValidationError, model: type[BaseModel], file: object) -> InputE
     return InputError(file, key, shown, rule[0].lower() + rule[1:] + angle)
 
 
-def _other_kind(model: type[BaseModel], document: Any) -> str:
+def _other_kind(model: type[Part], document: Any) -> str:
     """What a document is, by its outermost keys, where it is of another kind than the `model`; else empty."""
-    wanted: str = getattr(model, "KIND", "")
+    wanted = model.KIND
     if not wanted or not isinstance(document, dict):
         return ""
     kinds = [kind for kind, (keys, _) in _KINDS.items() if keys & document.keys()]
@@ -162,20 +163,20 @@ _KINDS = {
 _RULES = {"missing": "missing key", "model_type": "must be a table", "list_type": "must be a list", "dict_type": "must be a table"}
 
 
-def _fields_at(model: type[BaseModel], location: tuple[int | str, ...]) -> set[str]:
+def _fields_at(model: type[Part], location: tuple[int | str, ...]) -> set[str]:
     """Field names of the sub-model at `location`."""
     current: Any = model
     for part in location:
-        if isinstance(part, int) or not (isinstance(current, type) and issubclass(current, BaseModel)):
+        if isinstance(part, int) or not (isinstance(current, type) and issubclass(current, Part)):
             continue
         field = next((f for name, f in current.model_fields.items() if part in (name, f.alias)), None)
         current = _inner(field.annotation) if field is not None else None
-    return set(current.model_fields) if isinstance(current, type) and issubclass(current, BaseModel) else set()
+    return set(current.model_fields) if isinstance(current, type) and issubclass(current, Part) else set()
 
 
 def _inner(annotation: Any) -> Any:
     """The pydantic model inside an annotation such as `tuple[Model, ...]` or `Model | None`."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+    if isinstance(annotation, type) and issubclass(annotation, Part):
         return annotation
     for argument in get_args(annotation):
         found = _inner(argument)

@@ -28,8 +28,7 @@ class Registry:
         """The object behind a name, or behind "module:attribute". Raises `ParameterError` that names the nearest known one or says what
         cannot be imported, and what a module raises while it is imported."""
         if name in self.own:
-            module, _, attribute = self.own[name].partition(":")
-            return getattr(import_module(module), attribute)
+            return imported(self.own[name])
         if ":" in name:
             return self._imported(name)
         point = next((p for p in entry_points(group=self.group) if p.name == name), None)
@@ -44,13 +43,18 @@ class Registry:
             raise ParameterError(self.what, name, rule) from error
 
     def _imported(self, name: str) -> Any:
-        module, _, attribute = name.partition(":")
         try:
-            return getattr(import_module(module), attribute)
+            return imported(name)
         except McdasError:
             raise
         except Exception as error:
             raise ParameterError(self.what, name, f"must be module:attribute of a module that can be imported: {_words(error)}") from error
+
+
+def imported(name: str) -> Any:
+    """What "module:attribute" names."""
+    module, _, attribute = name.partition(":")
+    return getattr(import_module(module), attribute)
 
 
 def _words(error: Exception) -> str:

@@ -7,13 +7,14 @@ import io
 import json
 from abc import ABC, abstractmethod
 from base64 import b64encode
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, overload
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.registry import imported
 from mcdas_opt.domain.rules import Array, require_type, unit_of
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError, writing
 
@@ -59,7 +60,7 @@ class Result(ABC):
     def _repr_html_(self) -> str:
         """The picture, where there is one, and every single value of the document, for notebooks."""
         try:
-            png = b64encode(called(self.drawn_by)(self)._repr_png_()).decode()
+            png = b64encode(imported(self.drawn_by)(self)._repr_png_()).decode()
             picture = f'<img style="max-width: 100%" alt="{escape(self.in_brief()[0])}" src="data:image/png;base64,{png}">'
         except ParameterError:
             picture = ""
@@ -72,7 +73,7 @@ class Result(ABC):
         """
         if path is not None:
             require_type("path", path, str, Path)
-        figure: Figure = called("mcdas_opt.plotting.export:plot")(self, path)
+        figure: Figure = imported("mcdas_opt.plotting.export:plot")(self, path)
         return figure
 
     def to_json(self, indent: int | None = None) -> str:
@@ -117,13 +118,6 @@ class Result(ABC):
         if suffix == ".json":
             return self.to_json(indent=1) + "\n"
         return _table(self.columns()) if suffix == ".csv" else None
-
-
-def called(name: str) -> Callable[..., Any]:
-    """The function behind "module:function"."""
-    module, _, function = name.partition(":")
-    found: Callable[..., Any] = getattr(import_module(module), function)
-    return found
 
 
 def _table(columns: Columns) -> str:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mcdas_opt.domain.arithmetic import usual_arithmetic
-from mcdas_opt.domain.result import Result, called
+from mcdas_opt.domain.registry import imported
+from mcdas_opt.domain.result import Result
 from mcdas_opt.errors import InputError, ParameterError, writing
 
 if TYPE_CHECKING:
@@ -36,11 +37,11 @@ def save_picture(result: Result, path: Path, figure: Figure | None = None) -> Pa
     suffix = check_picture(path, (*STILL, *(suffix for suffix, by in moving if by))).suffix.lower()
     with whole_file(path) as file:
         if suffix == ".html":
-            file.write_text(called(result.plays_by)(result), encoding="utf-8")
+            file.write_text(imported(result.plays_by)(result), encoding="utf-8")
         elif suffix == ".gif":
-            called(result.moves_by)(result, file)
+            imported(result.moves_by)(result, file)
         else:
-            save_still(called(result.drawn_by)(result) if figure is None else figure, file)
+            save_still(imported(result.drawn_by)(result) if figure is None else figure, file)
     return path
 
 
@@ -49,7 +50,7 @@ def plot(result: Result, path: str | Path | None = None) -> Figure:
     """The picture of any answer, as its own `plot`. Raises `InputError` for a suffix that is no picture's, or a missing folder."""
     if not isinstance(result, Result):
         raise ParameterError("result", result, "is no answer of this package: a plan, a drive, escapes, parking, a design, a benchmark")
-    figure: Figure = called(result.drawn_by)(result)
+    figure: Figure = imported(result.drawn_by)(result)
     if path is not None:
         save_picture(result, Path(path), figure)
     return figure

@@ -9,6 +9,7 @@ import asyncio
 import logging
 import os
 import pickle
+import sys
 import time
 import traceback
 from collections import OrderedDict
@@ -232,7 +233,7 @@ def _escapes(question: Question) -> dict[str, Any]:
 @lru_cache(maxsize=1)
 def _give_way(by: int) -> None:
     """This process gives way to the server and the quick planners; one that drives or reads, to the solvers too."""
-    if hasattr(os, "nice"):
+    if sys.platform != "win32":
         os.nice(by)
 
 

@@ -80,7 +80,9 @@ def _speed(state: Any) -> float:
 
 def _middle(value: Any) -> float:
     """Of an interval; an exact value is its own."""
-    return 0.5 * (float(value.start) + float(value.end)) if hasattr(value, "start") else float(value)
+    from commonroad.common.util import Interval
+
+    return 0.5 * (float(value.start) + float(value.end)) if isinstance(value, Interval) else float(value)
 
 
 def _bodies(shape: Any, states: Sequence[Any], *, moves: bool) -> tuple[float, float, Array, Array]:
@@ -103,16 +105,20 @@ def _bodies(shape: Any, states: Sequence[Any], *, moves: bool) -> tuple[float, f
 
 def _box(shape: Any, yaw_rad: float) -> tuple[Array, Array]:
     """(length and width, middle) of the box about a shape in the plane, turned so."""
+    from commonroad.geometry.shape import ShapeGroup
+
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     turned = np.array([[c, s], [-s, c]])
-    low, high = zip(*(_reach(one, turned) for one in getattr(shape, "shapes", [shape])), strict=True)
+    low, high = zip(*(_reach(one, turned) for one in (shape.shapes if isinstance(shape, ShapeGroup) else [shape])), strict=True)
     least, most = np.min(low, axis=0), np.max(high, axis=0)
     return most - least, 0.5 * (least + most) @ turned
 
 
 def _reach(shape: Any, turned: Array) -> tuple[Array, Array]:
     """The least and the greatest of a circle's, a rectangle's or a polygon's coordinates along turned axes."""
-    if hasattr(shape, "radius"):
+    from commonroad.geometry.shape import Circle
+
+    if isinstance(shape, Circle):
         middle = turned @ np.asarray(shape.center)
         return middle - shape.radius, middle + shape.radius
     corners = np.asarray(shape.vertices) @ turned.T
