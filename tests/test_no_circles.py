@@ -1,4 +1,4 @@
-"""No files of the package import each other in a loop, imports within functions included."""
+"""No files of the package import each other in a loop, imports within functions and for types included."""
 
 from __future__ import annotations
 
@@ -20,10 +20,8 @@ FILES = {name_of(path): path for path in ROOT.rglob("*.py")}
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
-    """What a file imports when it runs: what it imports for its types alone is left out."""
+    """What a file imports, for its types too."""
     for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            continue
         if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
                 yield f"{node.module}.{alias.name}" if f"{node.module}.{alias.name}" in FILES else node.module

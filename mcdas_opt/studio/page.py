@@ -11,12 +11,12 @@ from typing import Any
 from mcdas_opt import __version__
 from mcdas_opt.plotting.web import script, style_sheet
 from mcdas_opt.studio.connection import Connection
+from mcdas_opt.studio.open_pages import OpenPages
 from mcdas_opt.studio.page_session import PageSession
 from mcdas_opt.studio.parking_session import ParkingSession
 from mcdas_opt.studio.parking_tab import ParkingTab
 from mcdas_opt.studio.request_filter import LARGEST_BODY
 from mcdas_opt.studio.sandwich_tab import SandwichTab
-from mcdas_opt.studio.studio import Studio
 
 _WEB = Path(__file__).resolve().parent / "web"
 _SCRIPTS = (
@@ -45,12 +45,13 @@ def styles() -> str:
     return f"{style_sheet()}\n{(_WEB / 'studio.css').read_text(encoding='utf-8')}"
 
 
-def register(studio: Studio) -> None:
+def register(pages: OpenPages) -> None:
     """Declares the page, its scripts and the door for files on NiceGUI's application."""
     from nicegui import app, ui
     from nicegui.element import Element
     from starlette.responses import JSONResponse, Response
 
+    studio = pages.studio
     base: Any = Element
     sandwich_view: Any = types.new_class("SandwichTabView", (base,), {"component": _WEB / "sandwich_tab_view.js"})
     parking_view: Any = types.new_class("ParkingTabView", (base,), {"component": _WEB / "parking_tab_view.js"})
@@ -78,7 +79,7 @@ def register(studio: Studio) -> None:
 
     async def receive(request: Any) -> Any:
         told = request.query_params
-        return JSONResponse(await studio.receive(told.get("page", ""), told.get("name", ""), await request.body()))
+        return JSONResponse(await pages.receive(told.get("page", ""), told.get("name", ""), await request.body()))
 
     app.add_route("/studio/pictures.js", lambda _: Response(scripts(), media_type="text/javascript"), methods=["GET"])
     app.add_route("/studio/pictures.css", lambda _: Response(styles(), media_type="text/css"), methods=["GET"])
@@ -105,12 +106,12 @@ def register(studio: Studio) -> None:
         to_sandwich, to_parking = connection_of(stage), connection_of(yard)
         session = PageSession(studio, sandwich, to_sandwich)
         parking_session = ParkingSession(studio, parking, to_parking)
-        studio.sessions[key] = session
+        pages.add(key, session)
 
         def gone() -> None:
             session.leave()
             to_parking.close()
-            studio.sessions.pop(key, None)
+            pages.remove(key)
 
         ui.context.client.on_delete(gone)
         listen(

@@ -23,14 +23,15 @@ def serve(folder: Path, port: int, *, open_browser: bool, announce: Callable[[],
     _check_free(port)
     with of_extra("nicegui", "web"):
         from nicegui import app, ui
+    from mcdas_opt.studio.open_pages import OpenPages
     from mcdas_opt.studio.page import register
     from mcdas_opt.studio.studio import Studio
 
     app.add_middleware(RequestFilter)
-    studio = Studio(room)
-    app.on_startup(studio.warm)
-    app.on_shutdown(studio.close)
-    register(studio)
+    pages = OpenPages(Studio(room))
+    app.on_startup(pages.studio.warm)
+    app.on_shutdown(pages.close)
+    register(pages)
     announce()
     ui.run(
         host=HOST,

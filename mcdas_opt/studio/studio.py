@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import McdasError
@@ -22,9 +20,6 @@ from mcdas_opt.studio.sandwich_tab import SandwichTab
 from mcdas_opt.studio.turns import TurnedThread
 from mcdas_opt.studio.worker_pool import WorkerPool
 
-if TYPE_CHECKING:
-    from mcdas_opt.studio.page_session import PageSession
-
 
 class Listing(NamedTuple):
     """What can be opened on the two tabs, in groups, and the form that a scene's keys are edited in."""
@@ -35,7 +30,7 @@ class Listing(NamedTuple):
 
 
 class Studio:
-    """Everything that the pages of one server share: the folder, the processes that answer, the sessions of open pages.
+    """Everything that the pages of one server share: the folder, and the threads and processes that answer.
 
     The event loop only carries messages. What changes or shows a page's state is done on one thread (`editing`), files are read and
     written on another (`reading`), recordings in a process; each serves a page after another.
@@ -45,7 +40,6 @@ class Studio:
         self.folder = folder
         self.workers = WorkerPool(methods())
         self.editing, self.reading = TurnedThread("editing"), TurnedThread("reading")
-        self.sessions: dict[str, PageSession] = {}
         self._installed: tuple[str, ...] | None = None
         self._setup: tuple[Listing, str] | None = None  # what it was made of, and the text
 
@@ -92,8 +86,6 @@ class Studio:
         return {"part": "problem", "text": text}
 
     def close(self) -> None:
-        for session in self.sessions.values():
-            session.stop()
         self.workers.close()
         self.editing.close()
         self.reading.close()
@@ -101,21 +93,6 @@ class Studio:
     def before(self, page: Hashable) -> int:
         """How many other pages come first, where this one waits in several places at the one with the most."""
         return max(self.workers.before(page), self.editing.turns.before(page), self.reading.turns.before(page))
-
-    async def receive(self, key: str, name: str, body: bytes) -> dict[str, Any]:
-        """A file that a page sent, opened in that page's session."""
-        session = self.sessions.get(key)
-        if session is None:
-            return {"error": "this page is no longer known: load it again"}
-        with tempfile.TemporaryDirectory(prefix="mcdas-studio-") as folder:
-            suffix = Path(name).suffix.lower()
-            file = Path(folder) / f"sent{suffix if suffix.isascii() and len(suffix) < 8 else ''}"
-            file.write_bytes(body)
-            try:
-                session.waiting = await session.sent(file, Path(name).name)
-            except McdasError as error:
-                return {"error": self.problem(error)["text"]}
-        return {"name": name}
 
 
 def _setup(listed: Listing, planners: list[dict[str, Any]]) -> str:
