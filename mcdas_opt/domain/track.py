@@ -9,7 +9,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.equality import EqualByValue
 from mcdas_opt.domain.rules import (
     FARTHEST_M,
     FASTEST_MPS,
@@ -45,8 +45,8 @@ _SINE_ALIGNED = math.sin(ALIGNED_RAD)
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2", "turn_rate_radps")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Track:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Track(EqualByValue):
     """Body centre and velocity of a neighbour along (s) and across (d) the road, with their covariance.
 
     `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s; left out it is zero: known exactly. Plans take it so:
@@ -88,11 +88,7 @@ class Track:
     turn_rate_radps: float = 0.0
     turn_rate_sd_radps: float | None = None
 
-    def __eq__(self, other: object) -> bool:
-        """Every number the same, the covariance's too."""
-        return isinstance(other, Track) and to_document(self) == to_document(other)
-
-    def __hash__(self) -> int:
+    def __hash__(self) -> int:  # type: ignore[override]  # unlike others of its kind it can be hashed
         return hash((self.id, self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps))
 
     def __post_init__(self) -> None:
