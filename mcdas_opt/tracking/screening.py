@@ -42,7 +42,7 @@ COUNTERS = (
     "clock_ahead",  # times that it jumped ahead, likewise
     "clock_stands",  # cycles in which it had not gone on for ten, likewise
     "odometry",  # cycles in which the host's place had not moved as its speed and the clock say, likewise
-    "range_rates",  # scans by which a radar's ranges change otherwise than its range rates say
+    "range_rates",  # times that range rates, believed till then, did not fit how a radar's ranges change
     "unfollowed",  # scans with a return that has come again and again, and of which no track comes
 )
 
