@@ -72,6 +72,7 @@ class Scan:
     """Everything one sensor saw at one instant, `t_s` [s], by the clock that `now` of a `step` shows.
 
     `working` false: the sensor is there and dead, its sector is not covered.
+    `period_s` [s] is from one of its scans to the next: after three of them without one its sector is not covered any more.
     `blind` is where it looks and yet sees nobody, being too near; None: it does not say.
     """
 
