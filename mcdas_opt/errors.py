@@ -69,7 +69,10 @@ class PlannerFaultWarning(RuntimeWarning):
 
 
 class MeasurementWarning(UserWarning):
-    """By what was measured nobody can be tracked: the clock, the host's place or a sensor is wrong. What it watches is not covered."""
+    """By what was measured nobody can be tracked: the clock, the host's place or a sensor is wrong. What it watches is not covered.
+
+    Where a radar's range rates alone are wrong, cars are tracked by their places, and it goes on watching.
+    """
 
 
 @contextmanager

@@ -57,7 +57,11 @@ class SelectorSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictionSettings:
-    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is)."""
+    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is).
+
+    A body grows by `sigmas` standard deviations of its place, as it is now and within the first `growth_s`, by no more than `cap_along_m`
+    along the road and `cap_across_m` across. Its speed across fades with the time constant `lateral_fade_s`.
+    """
 
     sigmas: float = 2.5
     growth_s: float = 1.0

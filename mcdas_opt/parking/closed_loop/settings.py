@@ -28,7 +28,10 @@ SILENCE = ParkingNoise(position_m=0.0, heading_rad=0.0, speed_mps=0.0, steering_
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FollowSettings:
-    """A car that is `tracked_m` or more off its reference has lost it: it stops and plans anew, at most `replans` times."""
+    """A car that is `tracked_m` or more off its reference has lost it: it stops and plans anew, at most `replans` times.
+
+    In every cycle a stop is at hand, judged to keep `stop_clearance_m`. `noise` is what is measured wrongly.
+    """
 
     noise: ParkingNoise = field(default_factory=ParkingNoise)
     stop_clearance_m: float = 0.02
