@@ -13,16 +13,8 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.solvers.held_interrupts import held_interrupts
 from mcdas_opt.solvers.linearisation import Linearisation
-from mcdas_opt.solvers.outcome import Ending, Outcome
+from mcdas_opt.solvers.outcome import IPOPT_ENDINGS, Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
-
-_ENDINGS = {
-    "Solve_Succeeded": Ending.CONVERGED,
-    "Solved_To_Acceptable_Level": Ending.CONVERGED,
-    "Maximum_Iterations_Exceeded": Ending.LIMIT,
-    "Infeasible_Problem_Detected": Ending.INFEASIBLE,
-    "Invalid_Number_Detected": Ending.NOT_FINITE,
-}
 
 
 class IpoptEngine:
@@ -82,7 +74,7 @@ class IpoptEngine:
         x = w[: (nodes + 1) * nx].reshape(nodes + 1, nx)
         u = w[(nodes + 1) * nx : (nodes + 1) * nx + nodes * nu].reshape(nodes, nu)
         s = np.vstack([np.zeros((1, ns)), w[(nodes + 1) * nx + nodes * nu :].reshape(nodes, ns)])
-        ending = _ENDINGS.get(str(stats["return_status"]), Ending.FAILED)
+        ending = IPOPT_ENDINGS.get(str(stats["return_status"]), Ending.FAILED)
         objective = float(out["f"])
         if np.all(np.isfinite(w)):  # IPOPT moves bounds out by 1e-8, which pays at the slacks' penalties: count the least slacks instead
             s = self.linearisation.slacks(x, u, p)

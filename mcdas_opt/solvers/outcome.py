@@ -23,6 +23,15 @@ class Ending(StrEnum):
     FAILED = "failed"
 
 
+IPOPT_ENDINGS = {  # by its return status
+    "Solve_Succeeded": Ending.CONVERGED,
+    "Solved_To_Acceptable_Level": Ending.CONVERGED,
+    "Maximum_Iterations_Exceeded": Ending.LIMIT,
+    "Infeasible_Problem_Detected": Ending.INFEASIBLE,
+    "Invalid_Number_Detected": Ending.NOT_FINITE,
+}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
     """`x` (N + 1, nx), `u` (N, nu), `s` (N + 1, ns) may be read only when `usable`."""

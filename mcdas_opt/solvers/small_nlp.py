@@ -9,15 +9,8 @@ import casadi as ca
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.solvers.outcome import Ending
+from mcdas_opt.solvers.outcome import IPOPT_ENDINGS, Ending
 
-_ENDINGS = {
-    "Solve_Succeeded": Ending.CONVERGED,
-    "Solved_To_Acceptable_Level": Ending.CONVERGED,
-    "Maximum_Iterations_Exceeded": Ending.LIMIT,
-    "Infeasible_Problem_Detected": Ending.INFEASIBLE,
-    "Invalid_Number_Detected": Ending.NOT_FINITE,
-}
 _ITERATIONS = 200
 _TOLERANCE = 1e-9
 _SOUND = 1e-6  # largest violation of a row or bound that is still called kept
@@ -62,7 +55,7 @@ class SmallSolver:
         )
         stats = self._solver.stats()
         x = np.asarray(out["x"], dtype=np.float64).ravel()
-        ending = _ENDINGS.get(str(stats["return_status"]), Ending.FAILED)
+        ending = IPOPT_ENDINGS.get(str(stats["return_status"]), Ending.FAILED)
         violation = np.inf
         if np.all(np.isfinite(x)):
             g = np.asarray(out["g"], dtype=np.float64).ravel()
