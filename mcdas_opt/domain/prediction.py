@@ -209,7 +209,7 @@ class Prediction:
 
     name: str
     bodies: tuple[PredictedBody, ...] = ()
-    _on: dict[bytes, _Moving] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _on: dict[bytes, BodyMotion] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def seen_from(self, s_m: float) -> Prediction:
         """The same with every s counted from `s_m`."""
@@ -217,21 +217,17 @@ class Prediction:
             return self
         return Prediction(name=self.name, bodies=tuple(_moved(body, s_m) for body in self.bodies))
 
-    def on(self, t_s: Array) -> tuple[BodyMotion, ...]:
-        """Every body's motion at these times (n,): worked out once for the same times, and read-only."""
-        return self._moving(t_s).each
-
     def rows_on(self, t_s: Array) -> BodyMotion:
-        """The same as rows (J, n) of one motion."""
-        return self._moving(t_s).rows
-
-    def _moving(self, t_s: Array) -> _Moving:
+        """Every body's motion at these times (n,), as rows (J, n) of one motion: worked out once for the same times, and read-only."""
         key = t_s.tobytes()
         known = self._on.get(key)
         if known is None:
             if len(self._on) >= _KEPT:
                 self._on.clear()
-            known = self._on[key] = _Moving(together(self.bodies, t_s))
+            known = together(self.bodies, t_s)
+            for row in _columns(known):
+                row.setflags(write=False)
+            self._on[key] = known
         return known
 
 
@@ -282,26 +278,6 @@ def sizes_on_road(bodies: Sequence[PredictedBody], heading_rad: Array) -> tuple[
 
 def _moved(body: PredictedBody, s_m: float) -> PredictedBody:
     return replace(body, s_m=body.s_m - s_m) if isinstance(body, CruisingBody) else _MovedBody(body=body, origin_s_m=s_m)
-
-
-class _Moving:
-    """All bodies at some times: together, and, where that is asked for, each by itself."""
-
-    __slots__ = ("_each", "rows")
-
-    def __init__(self, rows: BodyMotion) -> None:
-        for row in (rows.s_m, rows.d_m, rows.heading_rad, rows.speed_s_mps, rows.speed_d_mps):
-            row.setflags(write=False)
-        self.rows = rows
-        self._each: tuple[BodyMotion, ...] | None = None
-
-    @property
-    def each(self) -> tuple[BodyMotion, ...]:
-        if self._each is None:
-            of = self.rows
-            rows = zip(of.s_m, of.d_m, of.heading_rad, of.speed_s_mps, of.speed_d_mps, strict=True)
-            self._each = tuple(BodyMotion(s_m=a, d_m=b, heading_rad=c, speed_s_mps=e, speed_d_mps=f) for a, b, c, e, f in rows)
-        return self._each
 
 
 def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:

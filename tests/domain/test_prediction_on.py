@@ -40,30 +40,29 @@ def test_it_says_what_each_body_says(seeds: list[int], known: bool) -> None:
     if known:
         bodies.append(KnownBody(id="known", length_m=4.5, width_m=1.8, motion=standing))
     prediction, times = Prediction(name="test", bodies=tuple(bodies)), TimeGrid().times_s
-    motions = prediction.on(times)
-    assert prediction.on(times) is motions
-    for body, motion in zip(bodies, motions, strict=True):
+    rows = prediction.rows_on(times)
+    assert prediction.rows_on(times) is rows
+    for k, body in enumerate(bodies):
         for part in fields(BodyMotion):
-            np.testing.assert_allclose(getattr(motion, part.name), getattr(body.at(times), part.name), rtol=1e-13, atol=1e-13)
+            np.testing.assert_allclose(getattr(rows, part.name)[k], getattr(body.at(times), part.name), rtol=1e-13, atol=1e-13)
 
 
 def test_times_that_may_change_are_not_remembered() -> None:
     prediction, times = Prediction(name="test", bodies=(cruising(1),)), np.arange(3.0)
-    before = prediction.on(times)[0].s_m
+    before = prediction.rows_on(times).s_m
     times += 1.0
-    assert (prediction.on(times)[0].s_m != before).all()
+    assert (prediction.rows_on(times).s_m != before).all()
 
 
 def test_what_it_remembers_cannot_be_written_into() -> None:
     prediction, times = Prediction(name="test", bodies=(cruising(1), cruising(2))), TimeGrid().times_s
-    for motion in (prediction.rows_on(times), *prediction.on(times)):
-        for part in fields(BodyMotion):
-            with pytest.raises(ValueError, match="read-only"):
-                getattr(motion, part.name)[...] = 0.0
+    for part in fields(BodyMotion):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(prediction.rows_on(times), part.name)[...] = 0.0
 
 
 def test_it_remembers_a_few_times_only() -> None:
     prediction = Prediction(name="test", bodies=(cruising(2),))
     for steps in range(2, 60):
-        prediction.on(TimeGrid(steps_s=np.full(steps, 0.1)).times_s)
+        prediction.rows_on(TimeGrid(steps_s=np.full(steps, 0.1)).times_s)
     assert len(prediction._on) <= 16
