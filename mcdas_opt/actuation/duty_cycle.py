@@ -20,6 +20,6 @@ def next_duty(duty: float, rear_speed: float, fastest: float) -> float:
     return duty + (duty_of_speed(rear_speed, fastest) - duty)
 
 
-def implied_acceleration(before: float, after: float, sample_s: float = SAMPLE_S) -> float:
+def implied_acceleration(before: float, after: float) -> float:
     """Acceleration [m/s^2] that a change of speed [m/s] within one sample asks for; 40 to 60 km/h in 0.5 s is 1.13 g."""
-    return (after - before) / positive("sample_s", sample_s, "s")
+    return (after - before) / SAMPLE_S

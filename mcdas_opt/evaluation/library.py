@@ -21,10 +21,10 @@ _ACCELERATING = (0.35, 0.97)
 _SWITCH_S = (0.5, 1.0, 1.6, 2.5, 3.5)
 
 
-def targets_m(road: Road, vehicle: Vehicle, d_m: float, s_m: float = 0.0) -> tuple[float, ...]:
+def targets_m(road: Road, vehicle: Vehicle, d_m: float) -> tuple[float, ...]:
     """Ends of lane-change profiles from d: next lanes' centres, dodges, the middle of shoulders; what the body fits."""
-    lane = road.lane_of(d_m, s_m)
-    wanted = [road.lane_centre_m(lane + side, s_m) for side in (1, -1) if road.has_lane(lane + side, s_m)]
+    lane = road.lane_of(d_m, 0.0)
+    wanted = [road.lane_centre_m(lane + side, 0.0) for side in (1, -1) if road.has_lane(lane + side, 0.0)]
     wanted += [d_m + side * dodge for side in (1, -1) for dodge in _DODGES_M]
     wanted += [road.left_edge_m - 0.5 * road.shoulder_left_m] if road.shoulder_left_m else []
     wanted += [road.right_edge_m + 0.5 * road.shoulder_right_m] if road.shoulder_right_m else []

@@ -25,25 +25,18 @@ from mcdas_opt.simulation.sight import echo
 FRAME_SPACING_S = 0.0003  # a classic frame of 8 bytes at 500 kbit/s takes about 0.25 ms
 
 
-def read_esr(
-    log: Recording,
-    *,
-    rear: Recording | None = None,
-    dbc: str | Path | None = None,
-    vehicle: Vehicle | None = None,
-    sensor: Sensor | None = None,
-) -> SensorLog:
+def read_esr(log: Recording, *, rear: Recording | None = None, dbc: str | Path | None = None, vehicle: Vehicle | None = None) -> SensorLog:
     """Scans of a front ESR and, where there is one, of a rear ESR: in a file of its own, or on a second bus of the same file.
 
     Of two buses in one file the first by name is the front radar's, can2 before can10. Both radars sit in the middle of their bumper.
     A slot whose status says that the radar did not see its target in this cycle is gated and counted; bad frames are left out and counted.
-    The standard deviations are those of `sensor` (default the shipped `delphi_esr`): the CAN interface carries none.
+    The standard deviations are those of the shipped `delphi_esr`: the CAN interface carries none.
 
     Raises `InputError` for a recording that carries no CAN, holds none of the radar's frames, or holds more than two buses with
     them; for a DBC without the messages; `MissingExtraError` without cantools or python-can.
     """
     codec = EsrCodec(dbc=dbc)
-    vehicle, sensor = vehicle or Vehicle(), sensor or load_sensor("delphi_esr")
+    vehicle, sensor = vehicle or Vehicle(), load_sensor("delphi_esr")
     first, bad, other = _decoded(log, codec, dbc)
     buses = _buses(first)
     if len(buses) > (2 if rear is None else 1):

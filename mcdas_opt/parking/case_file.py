@@ -172,9 +172,9 @@ def parking_case_from_document(
     return _sound(case, path)
 
 
-def slot_case(length_m: float, *, vehicle: str = "sedan") -> ParkingCase:
+def slot_case(length_m: float) -> ParkingCase:
     """The contract's slot form with all defaults."""
-    return parking_case_from_document({"slot": {"length_m": float(length_m)}, "vehicle": {"name": vehicle}})
+    return parking_case_from_document({"slot": {"length_m": float(length_m)}})
 
 
 def _given(vehicle: str | Vehicle) -> Vehicle:

@@ -121,7 +121,7 @@ def _is_sumos(error: Exception) -> bool:
 
 
 @contextmanager
-def started(config: Path, seed: int, options: Sequence[str] = ()) -> Iterator[Connection]:
+def started(config: Path, seed: int) -> Iterator[Connection]:
     """libsumo with a configuration and a seed, in steps of 0.1 s; ended at the end. One at a time in a process.
 
     Raises `MissingExtraError` without libsumo, `InputError` for a configuration that is not there or that SUMO does not take.
@@ -134,7 +134,7 @@ def started(config: Path, seed: int, options: Sequence[str] = ()) -> Iterator[Co
     said: list[str] = []
     try:
         with _listening(said):
-            libsumo.start(["sumo", "-c", str(config), "--seed", str(seed), *steps, *options])
+            libsumo.start(["sumo", "-c", str(config), "--seed", str(seed), *steps])
     except Exception as error:
         if not _is_sumos(error):
             raise
