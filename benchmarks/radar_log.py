@@ -25,7 +25,8 @@ from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.recordings.candump import write_candump
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.scripted import ScriptedMotion
-from mcdas_opt.simulation.sensors import SensorSuite, mounting, radar_detections
+from mcdas_opt.simulation.sensors import SensorSuite, mounting
+from mcdas_opt.simulation.sight import View
 
 NAME = "front_and_rear"
 HOST = (
@@ -67,7 +68,7 @@ def recording(scene: Scene) -> dict[str, str]:
 def _truth(sector: Sector, index: int, host: HostState, bodies: tuple[Body, ...], scene: Scene) -> list[str]:
     """Range [m], azimuth [deg, clockwise positive] and range rate [m/s] of one body without noise, or three empty cells."""
     place = mounting(sector, scene.vehicle)
-    echoes = dict(radar_detections(load_sensor("delphi_esr"), place, host, bodies, scene.vehicle, scene.true_road))
+    echoes = dict(View(host, bodies, scene.vehicle, scene.true_road).detections(load_sensor("delphi_esr"), place))
     if index not in echoes:
         return ["", "", ""]
     echo = echoes[index]

@@ -180,13 +180,6 @@ def ideal_detections(sector: Sector, host: HostState, bodies: Sequence[Body], ve
     )
 
 
-def radar_detections(
-    radar: Sensor, place: Mounting, host: HostState, bodies: Sequence[Body], vehicle: Vehicle, road: Road
-) -> list[tuple[int, RadarDetection]]:
-    """As `View.detections`, for one sensor alone."""
-    return View(host, bodies, vehicle, road).detections(radar, place)
-
-
 def _with_noise(point: RadarDetection, normal: Array) -> RadarDetection:
     return replace(
         point,

@@ -23,7 +23,8 @@ from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import InputError
 from mcdas_opt.simulation.plant import make_plant
-from mcdas_opt.simulation.sensors import SensorSuite, ideal_detections, mounting, radar_detections
+from mcdas_opt.simulation.sensors import SensorSuite, ideal_detections, mounting
+from mcdas_opt.simulation.sight import View
 
 CAR = Vehicle()
 ESR, CORNER = load_sensor("delphi_esr"), load_sensor("corner_radar")
@@ -131,7 +132,7 @@ def test_ideal_sectors(s: float, d: float, heading: float, speed: float) -> None
 
 
 def look(body: Body, sector: Sector = Sector.FRONT, sensor: Sensor = ESR, others: tuple[Body, ...] = ()) -> RadarDetection | None:
-    found = radar_detections(sensor, mounting(sector, CAR), HostState(speed_mps=12.0), [body, *others], CAR, STRAIGHT)
+    found = View(HostState(speed_mps=12.0), [body, *others], CAR, STRAIGHT).detections(sensor, mounting(sector, CAR))
     return next((point for i, point in found if i == 0), None)
 
 
@@ -214,10 +215,10 @@ def test_the_range_rate_is_the_rate_of_the_centre_s_range(sector, s, d, heading,
             d_m=body.d_m + h * body.speed_across_mps,
             **point_like,
         )
-        (seen,) = radar_detections(EVERYWHERE, place, HostState.from_vector(np.array(moved)), [there], CAR, road)
+        (seen,) = View(HostState.from_vector(np.array(moved)), [there], CAR, road).detections(EVERYWHERE, place)
         return seen[1].range_m
 
-    found = radar_detections(EVERYWHERE, place, HostState.from_vector(np.array(x)), [body], CAR, road)
+    found = View(HostState.from_vector(np.array(x)), [body], CAR, road).detections(EVERYWHERE, place)
     assume(found)
     h = 1e-4
     assert found[0][1].range_rate_mps == pytest.approx((range_at(h) - range_at(-h)) / (2.0 * h), abs=1e-4)
@@ -247,7 +248,7 @@ def test_far_down_a_bent_road() -> None:
     for s in (0.0, 2600.0, 7777.0):
         ego = HostState(s_m=s, speed_mps=20.0, steering_rad=math.atan(2.7 * 0.002))
         body = Body(name="x", s_m=s + 50.0, d_m=3.7, speed_mps=22.0)
-        found.append(radar_detections(ESR, mounting(Sector.FRONT, CAR), ego, [body], CAR, ring)[0][1])
+        found.append(View(ego, [body], CAR, ring).detections(ESR, mounting(Sector.FRONT, CAR))[0][1])
     for point in found[1:]:
         assert point.range_m == pytest.approx(found[0].range_m, abs=1e-9)
         assert point.azimuth_rad == pytest.approx(found[0].azimuth_rad, abs=1e-9)
@@ -265,7 +266,7 @@ def test_the_range_rate_is_how_fast_the_range_changes_also_of_a_car_that_slips(
     driven, seen = make_plant(plant, CAR, road, HostState(speed_mps=25.0)), []
     for k in range(120):
         driven.step(0.0, steering_rate_radps if k < 40 else -steering_rate_radps)
-        ((_, point),) = radar_detections(EVERYWHERE, mounting(sector, CAR), driven.state, [post], CAR, road)
+        ((_, point),) = View(driven.state, [post], CAR, road).detections(EVERYWHERE, mounting(sector, CAR))
         seen.append((point.range_m, point.range_rate_mps))
     ranges, rates = np.array(seen).T
     assert np.abs((ranges[2:] - ranges[:-2]) / 0.02 - rates[1:-1]).max() < 0.02

@@ -16,7 +16,8 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.sensor import Beam, Sensor
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.simulation.sensors import mounting, radar_detections
+from mcdas_opt.simulation.sensors import mounting
+from mcdas_opt.simulation.sight import View
 from mcdas_opt.tracking.fix import RadarFix, Viewpoint, body_fix, radar_fixes
 from tests.tracking.worlds import BEND, CAR, STRAIGHT
 
@@ -34,7 +35,7 @@ SURE = np.diag([1.0, 1.0, 1.0, 1e-12])  # a belief that knows its lateral speed
 
 def one_fix(body: Body, host: HostState, sector: Sector, road, size: tuple[float, float] | None) -> RadarFix | None:
     place = mounting(sector, CAR)
-    seen = radar_detections(ALL_ROUND, place, host, [body], CAR, road)
+    seen = View(host, [body], CAR, road).detections(ALL_ROUND, place)
     if not seen:
         return None
     frame = frame_near(road, host.s_m)

@@ -17,7 +17,8 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.simulation.sensors import ideal_detections, mounting, radar_detections
+from mcdas_opt.simulation.sensors import ideal_detections, mounting
+from mcdas_opt.simulation.sight import View
 
 CAR = Vehicle()
 ESR = load_sensor("delphi_esr")
@@ -65,7 +66,7 @@ def radar_scan(
 ) -> Scan:
     """What a radar in that sector sees at t; without `random` nothing is noisy."""
     place = mounting(sector, CAR)
-    seen = radar_detections(sensor, place, host_at(t, road) if host is None else host, bodies, CAR, road)
+    seen = View(host_at(t, road) if host is None else host, bodies, CAR, road).detections(sensor, place)
     points = tuple(point if random is None else noisy(point, random) for _, point in seen)
     return Scan(sensor=sensor.name, sector=sector, t_s=t, mounting=place, radar=points, period_s=sensor.period_s, blind=sensor.blind)
 
