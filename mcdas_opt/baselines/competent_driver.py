@@ -24,10 +24,9 @@ RELEASE_MPS2, CRITICAL_TTC_S = 0.4, 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Noticed:
-    """When the driver has perceived the risk, in the future while it is evaluated still, and of whom; handed from cycle to cycle."""
+    """When the driver has perceived the risk, in the future while it is evaluated still; handed from cycle to cycle."""
 
     at_s: float
-    track: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,10 +72,10 @@ class CompetentDriverMethod:
             return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="no risk perceived")
         now = situation.time_s
         is_evaluated = before is None and not self._is_critical(risk, situation)
-        noticed = before or Noticed(at_s=now + EVALUATION_S if is_evaluated else now, track=risk.id)
+        noticed = before or Noticed(at_s=now + EVALUATION_S if is_evaluated else now)
         if noticed.at_s > now + 1e-9:
             if self._is_critical(risk, situation):
-                noticed = Noticed(at_s=now, track=risk.id)
+                noticed = Noticed(at_s=now)
             else:
                 law, reason = SteadyLaw(), f"{risk.id} brakes: a risk is evaluated"
                 return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=reason, memory=noticed)

@@ -25,11 +25,8 @@ class SmallAnswer:
 
     ending: Ending
     x: Array
-    objective: float
-    violation: float
     row_multipliers: Array
     bound_multipliers: Array
-    iterations: int
     evaluations: int
     message: str
 
@@ -66,11 +63,8 @@ class SmallSolver:
         return SmallAnswer(
             ending=ending,
             x=x,
-            objective=float(out["f"]),
-            violation=violation,
             row_multipliers=np.maximum(np.asarray(out["lam_g"], dtype=np.float64).ravel(), 0.0),
             bound_multipliers=np.asarray(out["lam_x"], dtype=np.float64).ravel(),
-            iterations=int(stats["iter_count"]),
             evaluations=int(stats["n_call_nlp_f"]),
             message=str(stats["return_status"]),
         )

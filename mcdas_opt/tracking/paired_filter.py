@@ -14,8 +14,6 @@ import numpy as np
 from mcdas_opt.domain.rules import Array, covariance, positive, vector
 from mcdas_opt.dynamics.target import process_noise, transition
 
-STATES = ("x_r", "vx_r", "y_r", "vy_r", "x_f", "vx_f", "y_f", "vy_f")
-
 
 def paired_transition(step_s: float) -> Array:
     """(8, 8) A of eq 12."""

@@ -30,7 +30,6 @@ class Judgement:
     verdict: Verdict
     min_clearance_m: float | None
     poses: Array  # (n, 3) re-integrated
-    t_s: Array
 
 
 def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement:
@@ -43,7 +42,7 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
     t = trajectory.t_s
     unreadable = _unreadable(trajectory)
     if unreadable is not None:
-        return Judgement(Verdict(violations=(unreadable,)), None, trajectory.poses[:0], t)
+        return Judgement(Verdict(violations=(unreadable,)), None, trajectory.poses[:0])
     found: list[Violation] = []
     _start(case, trajectory, found)
     _limits(case, trajectory, found)
@@ -59,7 +58,7 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
     _end(case, trajectory, poses[-1], found)
     _exceeds(found, ViolationKind.SAMPLING, t[:-1], np.diff(t), SAMPLING_S, "s", 1e-6)
     least = float(clearance.min()) if clearance.size else None
-    return Judgement(Verdict(violations=tuple(found)), least, poses, fine_t)
+    return Judgement(Verdict(violations=tuple(found)), least, poses)
 
 
 def _unreadable(trajectory: ParkingTrajectory) -> Violation | None:

@@ -68,7 +68,7 @@ class SumoDriver:
             positive("desired_mps", desired_mps, "m/s")
         for value in look_m:
             positive("look_m", value, "m")
-        self._sumo, self.ego, self._desired_mps, self._look_m = connection, ego, desired_mps, look_m
+        self._sumo, self.ego, self._desired_mps = connection, ego, desired_mps
         self._friction = friction
         with asking("the vehicle was looked for"):
             if ego not in connection.vehicle.getIDList():
