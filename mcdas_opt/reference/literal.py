@@ -103,11 +103,6 @@ class LiteralPath:
     def end_s_m(self) -> float:
         return self.start_s_m + self.length_m
 
-    @property
-    def target_d_m(self) -> float:
-        """Where the path was meant to end: start + amplitude; it settles short of it by amplitude / (1 + b) [m]."""
-        return self.start_d_m + self.amplitude_m
-
     def d(self, s: Any) -> Array:
         """Lateral position [m] at s [m]."""
         x = np.asarray(s, dtype=np.float64) - self.start_s_m

@@ -66,10 +66,6 @@ class OffsetPath:
         return -2.0 * math.log(self.b) / self.a_per_m
 
     @property
-    def end_s_m(self) -> float:
-        return self.start_s_m + self.length_m
-
-    @property
     def target_d_m(self) -> float:
         """Lateral position that the path ends at, away from the bend [m]."""
         return self.start_d_m + self.amplitude_m

@@ -71,11 +71,6 @@ class Traffic:
         self._remember(scene)
 
     @property
-    def time_s(self) -> float:
-        """Up to here followers have moved."""
-        return self._steps * STEP_S
-
-    @property
     def reacts(self) -> bool:
         """Whether anybody reacts to the host."""
         return bool(self._followers)
@@ -118,7 +113,7 @@ class Traffic:
         return tuple(KnownBody(id=name, length_m=length, width_m=width, motion=motion) for name, motion, (length, width) in rows)
 
     def advance(self, host: BodyMotion) -> None:
-        """As many steps of STEP_S from `time_s` as `host` has instants (its motion at the beginning of each step).
+        """As many steps of STEP_S, on from the last, as `host` has instants (its motion at the beginning of each step).
 
         Everybody decides before anybody moves.
         """

@@ -15,12 +15,13 @@ from mcdas_opt.parking.case_variants import shorter_slot
 from mcdas_opt.parking.closed_loop.follow import CYCLE_S, follow
 from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
 from mcdas_opt.parking.closed_loop.replanning import MARGINS_M, STEERING_RATE_SHARE, STEERING_SHARE, plan_from
-from mcdas_opt.parking.closed_loop.settings import SILENCE, FollowSettings
+from mcdas_opt.parking.closed_loop.settings import FollowSettings, ParkingNoise
 from mcdas_opt.parking.closed_loop.sight import Visitor
 from mcdas_opt.verification.parking_judge import judge_parking
 
 CASE = slot_case(7.6)
 ONCE = FollowSettings(replans=0)
+SILENCE = ParkingNoise(position_m=0.0, heading_rad=0.0, speed_mps=0.0, steering_rad=0.0, speed_scale=0.0, steering_offset_rad=0.0)
 
 
 @lru_cache

@@ -41,8 +41,8 @@ def test_road_frame_is_the_papers_frame_with_y_to_the_left(off_left: float, x: f
     off_paper = offset(-off_left, 0.0)
     assert literal_path(Side.LEFT, off_left).d(x) == pytest.approx(-float(y_left(x, off_paper)), abs=1e-12)
     assert literal_path(Side.RIGHT, off_left).d(x) == pytest.approx(-float(y_right(x, off_paper)), abs=1e-12)
-    assert literal_path(Side.LEFT, off_left).target_d_m == pytest.approx(3.7 + off_left)
-    assert literal_path(Side.RIGHT, off_left).target_d_m == pytest.approx(-(3.7 - off_left))
+    assert literal_path(Side.LEFT, off_left).amplitude_m == pytest.approx(3.7 + off_left)
+    assert literal_path(Side.RIGHT, off_left).amplitude_m == pytest.approx(-(3.7 - off_left))
 
 
 @given(st.floats(-3, 3), st.floats(0, 40))

@@ -31,7 +31,8 @@ PATHS = st.builds(
 @settings(max_examples=60, deadline=None)
 def test_slope_and_curvature_are_the_derivatives_of_d(path: OffsetPath) -> None:
     h = 1e-4 * min(path.length_m, path.bend_width_m)
-    pieces = ((path.start_s_m, path.end_s_m), (path.end_s_m, path.end_s_m + 30), (path.start_s_m - 9, path.start_s_m))
+    start, end = path.start_s_m, path.start_s_m + path.length_m
+    pieces = ((start, end), (end, end + 30), (start - 9, start))
     for low, high in pieces:
         s = np.linspace(low + 2 * h, high - 2 * h, 101)
         scale = abs(path.amplitude_m) + abs(path.bend_m) + 0.1
@@ -44,7 +45,7 @@ def test_slope_and_curvature_are_the_derivatives_of_d(path: OffsetPath) -> None:
 @given(PATHS)
 @settings(max_examples=60, deadline=None)
 def test_ends_are_met_exactly_and_d_is_continuous(path: OffsetPath) -> None:
-    before, start, end = path.start_s_m - 5.0, path.start_s_m, path.end_s_m
+    before, start, end = path.start_s_m - 5.0, path.start_s_m, path.start_s_m + path.length_m
     assert path.d(before) == path.start_d_m
     assert path.d(start) == pytest.approx(path.start_d_m, abs=1e-12)
     bend = path.bend_m * math.exp(-(((end - path.bend_s_m) / path.bend_width_m) ** 2))

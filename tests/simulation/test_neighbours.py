@@ -145,7 +145,6 @@ def test_in_steps_or_at_once_followers_go_the_same_way() -> None:
     whole.advance(host_motion(11.1 * t, 11.1))
     for k in range(0, 300, 10):
         parts.advance(host_motion(11.1 * t[k : k + 10], np.full(10, 11.1)))
-    assert parts.time_s == pytest.approx(3.0)
     for a, b in zip(whole.motions(t), parts.motions(t), strict=True):
         np.testing.assert_array_equal(a.s_m, b.s_m)
 

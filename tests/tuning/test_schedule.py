@@ -79,7 +79,7 @@ def test_no_slower_speed_on_the_same_path_asks_for_more(v: float, mu: float, acr
         lateral_acceleration_mps2=bound,
     )
     assert peak_lateral_acceleration(path, share * v) <= bound + 1e-12
-    assert float(path.d(path.end_s_m)) == pytest.approx(-1.0 + across)
+    assert float(path.d(path.start_s_m + path.length_m)) == pytest.approx(-1.0 + across)
 
 
 def test_the_shipped_tables_are_what_the_designer_finds() -> None:

@@ -23,9 +23,6 @@ class ParkingNoise:
         require(self, non_negative, "position_m", "heading_rad", "speed_mps", "steering_rad", "speed_scale", "steering_offset_rad")
 
 
-SILENCE = ParkingNoise(position_m=0.0, heading_rad=0.0, speed_mps=0.0, steering_rad=0.0, speed_scale=0.0, steering_offset_rad=0.0)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FollowSettings:
     """A car that is `tracked_m` or more off its reference has lost it: it stops and plans anew, at most `replans` times.
