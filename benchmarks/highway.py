@@ -31,7 +31,7 @@ def _drive(job: tuple[int, str, EpisodeSettings]) -> dict[str, Any]:
     seed, agent, settings = job
     if not _SEAT:
         _SEAT.update(env=make_highway(settings), driver=HighwayDriver())
-    done = episode(_SEAT["env"], seed, _SEAT["driver"] if agent == "mpc" else None, settings)
+    done = episode(_SEAT["env"], seed, _SEAT["driver"] if agent == "mpc" else None)
     return asdict(done)
 
 

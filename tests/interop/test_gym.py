@@ -217,7 +217,7 @@ def test_the_planner_drives_an_episode_and_so_does_idm() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of its own making
         env, driver = make_highway(wanted), HighwayDriver()
-        ours, again, theirs = (episode(env, 3, who, wanted) for who in (driver, driver, None))
+        ours, again, theirs = (episode(env, 3, who) for who in (driver, driver, None))
         env.reset(seed=3)
         driver.reset()
         situation = driver.situation(env)

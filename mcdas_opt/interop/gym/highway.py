@@ -176,7 +176,7 @@ def _placed(name: str, car: Any) -> Placed:
     )
 
 
-def episode(env: Any, seed: int, driver: HighwayDriver | None, settings: EpisodeSettings) -> Episode:
+def episode(env: Any, seed: int, driver: HighwayDriver | None) -> Episode:
     """One seeded episode with our planner, or with the environment's own agent where `driver` is None."""
     env.reset(seed=seed)
     world, plans = env.unwrapped, []

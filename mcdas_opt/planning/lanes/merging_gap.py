@@ -78,7 +78,7 @@ def merging_gaps(situation: Situation, vehicle: Vehicle, settings: Settings, req
         if max(too_early[:k], default=-math.inf) <= 0.0 and max(too_late[k:], default=-math.inf) <= 0.0:
             yield gap
         else:
-            found = _later(gap, _window(gap, situation, vehicle, settings, limit_mps), situation, vehicle, required, limit_mps)
+            found = _later(gap, _window(gap, situation, vehicle, settings), situation, vehicle, required, limit_mps)
             if found is not None:
                 yield found
 
@@ -102,7 +102,7 @@ def _short_now(
     return too_early, too_late
 
 
-def _window(gap: Gap, situation: Situation, vehicle: Vehicle, settings: Settings, limit_mps: float) -> Window:
+def _window(gap: Gap, situation: Situation, vehicle: Vehicle, settings: Settings) -> Window:
     """Where the host fits into a gap once it is as fast as who is ahead there, with the least that is accepted before a lane's end; where
     nobody is ahead, and it goes on gaining, beside who is behind."""
     time_gap_s, braking = LEAST_SHARE * settings.headway.time_gap_s, settings.manners.follower_braking_mps2
