@@ -32,7 +32,6 @@ _GREED = 1.3  # weight of the estimate
 _TURNED_M, _OUTWARD_S = 3.0, 0.4  # a radian counts as so many metres; a second of cost as so many metres back
 _FIXED_M = (0.3, 0.8, 1.8)  # successors along an arc, besides contact and half of it ...
 _FIXED_BEFORE_M = 0.15  # ... so far before its end
-_CELL_FACTORS = np.array([1_000_003, 7_919_000_017, 104_395_303_000_009, 15_485_863, 32_452_843])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,10 +168,10 @@ class _Search:
         away = np.hypot(come[:, 0], come[:, 1]) + _TURNED_M * np.abs(come[:, 2])
         self.frontier.push(first, g[rows] + _GREED * h, _OUTWARD_S * g[rows] - away, room[rows] <= _ROOM_M)
 
-    def _cells(self, pose: Array, direction: Array, room: Array) -> list[int]:
-        """Keys of cells of position, heading and direction, coarse where there is room."""
+    def _cells(self, pose: Array, direction: Array, room: Array) -> Array:
+        """Cells of position, heading and direction, coarse where there is room."""
         scale = np.where(room > _ROOM_M, _COARSE, 1.0)
-        cells = np.column_stack(
+        return np.column_stack(
             [
                 np.round(pose[:, 0] / (self.resolution.cell_m * scale)),
                 np.round(pose[:, 1] / (self.resolution.cell_m * scale)),
@@ -180,9 +179,7 @@ class _Search:
                 direction,
                 scale,
             ]
-        ).astype(np.int64)
-        keys: list[int] = (cells @ _CELL_FACTORS).tolist()
-        return keys
+        )
 
     def _arrive(self, shot: Shot) -> None:
         arcs = backwards(merged([*self.nodes.trail(shot.node), *shot.arcs]))

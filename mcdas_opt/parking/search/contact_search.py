@@ -33,7 +33,6 @@ _LEAST_M = 1e-3
 _HEADING_SHARE = 0.35  # of what the freedom lets the car turn: a cell's heading
 _ALONG_SHARE = 0.3  # of the freedom: a cell's length
 _ACROSS_M = (0.003, 0.05)  # half of what one lock and the other shift, but between these: a cell's width
-_CELL_FACTORS = np.array([1_000_003, 7_919_000_017, 104_395_303_000_009, 15_485_863, 32_452_843])
 
 _Rows = NDArray[np.int64]
 
@@ -150,8 +149,8 @@ class ContactSearch:
         steer += np.where(two, np.abs(then - kappa), 0.0)
         return np.asarray(per * steer + 2.0 * np.sqrt(total / self.case.limits.acceleration_mps2))
 
-    def _cells(self, pose: Array, direction: Array, freedom: Array) -> list[int]:
-        """Keys of cells that are long along the car, thin across it, and as wide in heading as a share of what the next arc turns."""
+    def _cells(self, pose: Array, direction: Array, freedom: Array) -> Array:
+        """Cells that are long along the car, thin across it, and as wide in heading as a share of what the next arc turns."""
         level = np.floor(np.log2(freedom))
         size = 2.0**level
         heading = _HEADING_SHARE * size * self._top
@@ -160,9 +159,7 @@ class ContactSearch:
         cosine, sine = np.cos(turn * heading), np.sin(turn * heading)
         along = (pose[:, 0] * cosine + pose[:, 1] * sine) / (_ALONG_SHARE * size)
         beside = (pose[:, 1] * cosine - pose[:, 0] * sine) / across
-        cells = np.column_stack([np.round(along), np.round(beside), turn, direction, level]).astype(np.int64)
-        keys: list[int] = (cells @ _CELL_FACTORS).tolist()
-        return keys
+        return np.column_stack([np.round(along), np.round(beside), turn, direction, level])
 
     def _to_contact(self, pose: Array, kappa: Array, direction: Array, room: Array) -> tuple[Array, NDArray[np.bool_]]:
         """(free length, whether it ends in contact) of every arc; contact is halved in."""

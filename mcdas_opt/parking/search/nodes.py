@@ -17,6 +17,7 @@ _CAPACITY = 4096  # to begin with
 _Value = TypeVar("_Value", bound=np.generic)
 _BATCH = 64
 _SHARES = (0.6, 0.15, 0.25)  # of a batch, for the three queues
+_CELL_FACTORS = np.array([1_000_003, 7_919_000_017, 104_395_303_000_009, 15_485_863, 32_452_843])
 
 
 class Nodes:
@@ -60,8 +61,10 @@ def _doubled(column: NDArray[_Value]) -> NDArray[_Value]:
     return np.concatenate([column, np.zeros_like(column)])
 
 
-def cheapest_of_each_cell(keys: Sequence[int], costs: Sequence[float], seen: dict[int, float]) -> dict[int, int]:
-    """By cell, the row that is cheaper than all before it there; `seen`, the least cost of each cell so far, is brought up to date."""
+def cheapest_of_each_cell(cells: Array, costs: Sequence[float], seen: dict[int, float]) -> dict[int, int]:
+    """By the key of a cell, which five whole numbers a row say, the row that is cheaper than all before it there; `seen`, the least cost of
+    each cell so far, is brought up to date."""
+    keys: list[int] = (cells.astype(np.int64) @ _CELL_FACTORS).tolist()
     chosen: dict[int, int] = {}
     for row, (key, cost) in enumerate(zip(keys, costs, strict=True)):
         if cost < seen.get(key, np.inf) - 1e-9:
