@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mcdas_opt.errors import InputError, of_extra
-from mcdas_opt.interop.recordings.messages import Document, Message, MessageRecording, time_of
+from mcdas_opt.interop.recordings.messages import Document, Message, MessageRecording, message_of
 from mcdas_opt.interop.recordings.recording import check_regular, understood
 from mcdas_opt.interop.recordings.rosbag2 import document_of, type_store
 
@@ -42,7 +42,7 @@ class McapRecording(MessageRecording):
         unpacked = [chunk.uncompressed_size for chunk in summary.chunk_indexes]
         if max(unpacked, default=0) > LARGEST_CHUNK:
             raise InputError(path, "chunk", max(unpacked), f"must be at most {LARGEST_CHUNK} bytes, unpacked")
-        self._types: dict[str, str] = {}
+        self._types = {}
         self._decoders: dict[str, Decoder] = {}
         ros: dict[str, tuple[str, str]] = {}
         for channel in summary.channels.values():
@@ -59,9 +59,6 @@ class McapRecording(MessageRecording):
                 self._types[topic] = name
                 self._decoders[topic] = partial(_cdr, store, name)
 
-    def types(self) -> Mapping[str, str]:
-        return self._types
-
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         if not topics:
             return
@@ -69,11 +66,7 @@ class McapRecording(MessageRecording):
 
         with understood(self.path, "MCAP"), Path(self.path).open("rb") as file:
             found = make_reader(file).iter_messages(topics=list(topics))
-            yield from (self._message(channel.topic, one.log_time, one.data) for _, channel, one in found)
-
-    def _message(self, topic: str, recorded_ns: int, data: bytes) -> Message:
-        document = self._decoders[topic](data)
-        return Message(topic=topic, t_s=time_of(document, recorded_ns), document=document)
+            yield from (message_of(at.topic, one.log_time, self._decoders[at.topic](one.data)) for _, at, one in found)
 
 
 def _cdr(store: Typestore, name: str, data: bytes) -> Document:

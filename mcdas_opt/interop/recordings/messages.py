@@ -50,9 +50,11 @@ class MessageRecording(ABC):
     def __init__(self, path: str | Path) -> None:
         self.path = path
 
-    @abstractmethod
+    _types: dict[str, str]
+
     def types(self) -> Mapping[str, str]:
         """The type of every topic that can be decoded, as ROS or the schema calls it."""
+        return self._types
 
     @abstractmethod
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
@@ -165,6 +167,10 @@ def time_of(document: Document, recorded_ns: int) -> float:
         if len(whole) == 2 and any(whole):
             return (whole[0] * _NS + whole[1]) / _NS
     return recorded_ns / _NS
+
+
+def message_of(topic: str, recorded_ns: int, document: Document) -> Message:
+    return Message(topic=topic, t_s=time_of(document, recorded_ns), document=document)
 
 
 def _frame(message: Message, line: int) -> Frame | None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mcdas_opt.errors import of_extra
-from mcdas_opt.interop.recordings.messages import Message, MessageRecording, time_of
+from mcdas_opt.interop.recordings.messages import Message, MessageRecording, message_of
 from mcdas_opt.interop.recordings.recording import FOLDER, check_regular, understood
 
 if TYPE_CHECKING:
@@ -77,15 +77,12 @@ class Rosbag2Recording(MessageRecording):
         path = Path(self.path)
         return path if path.is_dir() else path.parent
 
-    def types(self) -> Mapping[str, str]:
-        return self._types
-
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         if not topics:
             return
         with self._open() as reader:
             found = reader.messages([one for one in reader.connections if one.topic in topics])
-            yield from (_message(one.topic, t_ns, reader.deserialize(data, one.msgtype)) for one, t_ns, data in found)
+            yield from (message_of(one.topic, t_ns, document_of(reader.deserialize(data, one.msgtype))) for one, t_ns, data in found)
 
     @contextmanager
     def _open(self) -> Iterator[AnyReader]:
@@ -94,8 +91,3 @@ class Rosbag2Recording(MessageRecording):
             from rosbags.highlevel import AnyReader
         with understood(self.path, "a bag of ROS 2"), AnyReader([self._folder], default_typestore=store) as reader:
             yield reader
-
-
-def _message(topic: str, recorded_ns: int, message: object) -> Message:
-    document = document_of(message)
-    return Message(topic=topic, t_s=time_of(document, recorded_ns), document=document)
