@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-Rows = NDArray[np.int64]
+from mcdas_opt.parking.program.records import Rows
 
 
 class Block(NamedTuple):
