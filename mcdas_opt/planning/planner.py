@@ -234,7 +234,8 @@ class Planner:
 
         `desired_speed_mps` left out is the host's speed now, of each cycle anew: who was slowed down stays slow. Say it in each cycle.
         What nobody can be tracked by (a clock that does not go on, a host whose place moves otherwise than its speed says, a radar whose
-        returns never become a track) is said once, by a `MeasurementWarning`; its sectors count as not watched.
+        returns never become a track) is said once, by a `MeasurementWarning`; its sectors count as not watched, but for a radar whose range
+        rates alone are wrong.
         """
         now, measurements = finite("now", now, "s"), all_of("measurements", measurements, Scan)
         require_type("host", host, HostState)

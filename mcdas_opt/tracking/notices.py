@@ -72,17 +72,17 @@ def another_odometry(moved_m: float, driven_m: float, within_s: float) -> str:
 
 def unfollowed(scan: Scan, scans: int) -> str:
     return (
-        f"{_scan(scan)}: a return has come in {scans} scans and no track comes of it, so that its range rates are not believed for a "
-        "minute, and the sensor covers nothing until one comes of its place. Is the rate positive where the distance grows, in m/s? Are "
-        "the host's place, speed and heading, the mounting and the clock right?"
+        f"{_scan(scan)}: a return has come in {scans} scans and no track comes of it, so that its range rates are not believed until "
+        "a minute after the last such scan, and the sensor covers nothing until a track comes of its place. Is the rate positive where the "
+        "distance grows, in m/s? Are the host's place, speed and heading, the mounting and the clock right?"
     )
 
 
 def range_rates(scan: Scan, too_high_mps: float) -> str:
     return (
         f"{_scan(scan)}: its range rates are {abs(too_high_mps):.2g} m/s too {'high' if too_high_mps > 0.0 else 'low'}, as its ranges "
-        "change: for a minute they are not believed, and cars are tracked by their places. Is the rate positive where the distance grows, "
-        "in m/s, and not over ground? Are the scans' times right?"
+        "change: they are not believed until a minute after this was last so, and cars are tracked by their places. Is the rate positive "
+        "where the distance grows, in m/s, and not over ground? Are the scans' times right?"
     )
 
 

@@ -24,7 +24,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert, Sector
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, MeasurementWarning, ParameterError
 from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.host_motion import LiveHost
@@ -120,6 +120,23 @@ def test_a_line_asks_for_what_is_planned_a_cycle_later() -> None:
         asked = line.trajectory.command_at(line.plan_age_s + loop.settings.cycle_s)
         assert (line.acceleration_mps2, line.steering_rad) == (asked.acceleration_mps2, asked.steering_rad)
         assert line.acceleration_mps2 < line.host.acceleration_mps2 - 0.1
+
+
+def test_the_summary_says_what_the_tracker_counted() -> None:
+    """Rates of the wrong sign: said once, and counted, in the summary too; what was counted outlives a planner that begins anew."""
+    wrong = [replace(scan, radar=tuple(replace(one, range_rate_mps=6.0) for one in scan.radar)) for scan in traffic(4.0, rate_mps=-6.0)]
+    inbox = Clockwork(frames(wrong))
+    loop, _ = loop_on(inbox, {"can0": Sector.FRONT})
+    with pytest.warns(MeasurementWarning, match="counted as"):
+        counted = loop.run(cycles=60).tracker
+    assert counted["scans"] > 50
+    assert counted["range_rates"] + counted["unfollowed"] > 0
+    assert counted == loop.summary.tracker  # asked twice, counted once
+    planner = Failing(settings=Settings(cycle_s=PERIOD_S))
+    inbox = Clockwork(frames(traffic(2.0)))
+    summary = LiveLoop(inbox, {"can0": Sector.FRONT}, planner, lambda _: None, codec=CODEC, sensor=ESR, clock=inbox.clock).run(cycles=30)
+    assert summary.faults > 5
+    assert summary.tracker["scans"] > 3 * planner.tracker.counters["scans"]
 
 
 class Failing(Planner):

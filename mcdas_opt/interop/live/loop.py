@@ -58,6 +58,7 @@ class _Run:
     missed: int = 0
     unverified: int = 0
     faults: int = 0
+    tracked: Counter[str] = field(default_factory=Counter)  # until the planner last began anew
     now_s: float = 0.0
 
 
@@ -117,7 +118,8 @@ class LiveLoop:
     @property
     def summary(self) -> LiveSummary:
         """Of what has been run so far; the middle and the 99th of a hundred times are those of the latest 72,000 cycles."""
-        run = self._run
+        run, tracked = self._run, self._run.tracked.copy()
+        tracked.update(self._planner.tracker.counters)
         return LiveSummary(
             cycles=run.cycles,
             duration_s=max(run.now_s - run.began_s, 0.0),
@@ -127,6 +129,7 @@ class LiveLoop:
             unverified_plans=run.unverified,
             faults=run.faults,
             drops={name: radar.drops for name, radar in self._radars.items()},
+            tracker=dict(sorted(tracked.items())),
             cycle_ms=replace(CycleTimes.of(list(run.took_ms) or [0.0]), max=run.longest_ms),
         )
 
@@ -156,6 +159,7 @@ class LiveLoop:
             plan = self._planner.step(scans, self._host.state(now), now)
         except Exception as error:  # whatever it is: the next cycle has a planner that begins anew
             self._run.faults += 1
+            self._run.tracked.update(self._planner.tracker.counters)
             self._planner.reset()
             line = self._line(FAULT, self._clock(), before, scans=len(scans), silent=silent, late_s=late_s)
             return replace(line, reason=f"{type(error).__name__}: {error}", alert=Alert.WARN, warning=True)

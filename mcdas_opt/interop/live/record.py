@@ -59,7 +59,7 @@ class Line:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LiveSummary:
     """Counts over a whole run. `late_cycles`: lines that said "late"; `missed_cycles`: beats that passed while one was worked on;
-    `faults`: cycles in which the planner failed."""
+    `faults`: cycles in which the planner failed; `tracker`: what its tracker counted, as in a replay's summary."""
 
     cycles: int
     duration_s: float
@@ -69,6 +69,7 @@ class LiveSummary:
     unverified_plans: int
     faults: int
     drops: dict[str, Drops]
+    tracker: dict[str, int]
     cycle_ms: CycleTimes
 
     def to_dict(self) -> dict[str, Any]:
