@@ -10,9 +10,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from mcdas_opt.catalogue.data_files import checked, read_toml
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.errors import InputError, ParameterError, nearest
 
 FOLDER = Path(__file__).parent
@@ -22,9 +23,7 @@ SIZES = ("quick", "full")
 _ABOVE_THE_PLANNER = ("cli", "plotting", "studio", "interop", "tuning", "evaluation")
 
 
-class Goal(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
+class Goal(Part):
     at_most: float | None = None
     at_least: float | None = None
     equals: float | str | bool | None = None
@@ -52,13 +51,11 @@ def _groups(pattern: str) -> tuple[str, ...]:
         return ()
 
 
-class Claim(BaseModel):
+class Claim(Part):
     """`value`, `of`, `low` and `high` are paths into the JSON that the command prints. `{folder}` in a command is one for its files.
 
     Of a command that prints words, `pattern` is a regular expression instead, with groups of these names.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
     says: str
@@ -81,16 +78,12 @@ class Claim(BaseModel):
         return self
 
 
-class ClaimsFile(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
+class ClaimsFile(Part):
     claim: list[Claim]
 
 
-class Record(BaseModel):
+class Record(Part):
     """A measured value, and what it was measured on: the commit, the planner's digest, how fast the machine was, how long it took."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     value: float | bool | str
     of: float | None = None
