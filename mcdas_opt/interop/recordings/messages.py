@@ -47,10 +47,10 @@ class Field:
 class MessageRecording(ABC):
     """A file of messages. `path` is the file or folder."""
 
+    _types: dict[str, str]  # of each topic
+
     def __init__(self, path: str | Path) -> None:
         self.path = path
-
-    _types: dict[str, str]
 
     def types(self) -> Mapping[str, str]:
         """The type of every topic that can be decoded, as ROS or the schema calls it."""
