@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -175,7 +176,7 @@ def _of_file(path: Path, *names: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        if Path(error.file).exists():
+        if os.path.exists(error.file):  # false, too, of what is too long for a file's name
             raise
         what = f"scene {error.file.removesuffix('.toml')}" if error.file.startswith(names) else error.file
         raise InputError(path, f"{what}: {error.key}" if error.key else what, error.value, error.rule) from None

@@ -22,7 +22,7 @@ from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.case import Traffic
 from mcdas_opt.evaluation.families import load_family, shipped_suites, suites_folder
 from mcdas_opt.evaluation.spread import Spread
-from mcdas_opt.evaluation.suites import Suite, allot, expand
+from mcdas_opt.evaluation.suites import Suite, _of_file, allot, expand
 from mcdas_opt.simulation.neighbours import Traffic as Neighbours
 
 DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
@@ -449,3 +449,10 @@ def test_a_file_that_is_not_beside_the_suite_is_sought_nowhere_else(tmp_path: Pa
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"suites/mine\.toml: .*van\.toml: no such file"):
         expand("suites/mine.toml", 1)
+
+
+def test_a_fault_of_a_family_whose_name_is_too_long_for_a_file_is_the_suites(tmp_path: Path) -> None:
+    """Found by the attack on files: a scene called so was looked for on the disk."""
+    path = tmp_path / "long.toml"
+    with pytest.raises(InputError, match="duration_s = -1"), _of_file(path, "aaa"):
+        raise InputError(f"{'a' * 5000}.toml", "duration_s", -1, "must be greater than 0")
