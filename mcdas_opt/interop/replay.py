@@ -190,6 +190,7 @@ def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None, cy
         status=None if answer is None else answer.status,
         alert=None if answer is None else answer.alert,
         reason=chosen.reason,
+        doubts=() if answer is None else answer.doubts,
         acceleration_mps2=None if asked is None else asked.acceleration_mps2,
         steering_rad=None if asked is None else asked.steering_rad,
         speed_mps=None if answer is None else float(np.interp(cycle_s, answer.trajectory.t_s, answer.trajectory.speed_mps)),

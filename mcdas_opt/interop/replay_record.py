@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.doubt import Doubt
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Mounting
 from mcdas_opt.domain.plan import Plan
@@ -66,7 +67,7 @@ class Cycle:
     """One step of the pipeline. `mode` is the plan's, or the selector's where nothing was planned: `status`, `alert`, `plan` are then None.
 
     `acceleration_mps2`, `steering_rad` and `speed_mps` are what the plan has one cycle later: at the cycle itself they are the host's own.
-    The plan is no part of the document.
+    `doubts` are the plan's: tracks that cannot all be true. The plan is no part of the document.
     """
 
     t_s: float
@@ -79,6 +80,7 @@ class Cycle:
     status: Status | None
     alert: Alert | None = None
     reason: str = ""
+    doubts: tuple[Doubt, ...] = ()
     acceleration_mps2: float | None = None
     steering_rad: float | None = None
     speed_mps: float | None = None

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.sensors import load_sensor
 from mcdas_opt.cli import main
+from mcdas_opt.domain.doubt import Doubt, DoubtKind
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.plan import Plan
@@ -167,6 +168,26 @@ def test_the_loop_outlives_its_planner() -> None:
     assert all(line["alert"] in tuple(Alert) and line["warning"] is (line["alert"] != "none") for line in planned)
     assert [line.cycle for line in lines] == list(range(30))
     json.dumps([line.to_dict() for line in lines], allow_nan=False)
+
+
+class Doubting(Planner):
+    """Doubts two tracks in every plan."""
+
+    doubt = Doubt(kind=DoubtKind.ONE_PLACE, tracks=("2", "3"), value=0.4, unit="m")
+
+    def step(self, *args: Any, **options: Any) -> Plan:
+        return replace(super().step(*args, **options), doubts=(self.doubt,))
+
+
+def test_a_line_says_which_tracks_are_doubted() -> None:
+    inbox, lines = Clockwork(frames(traffic(1.0))), list[Line]()
+    planner = Doubting(settings=Settings(cycle_s=PERIOD_S))
+    LiveLoop(inbox, {"can0": Sector.FRONT}, planner, lines.append, codec=CODEC, sensor=ESR, clock=inbox.clock).run(cycles=10)
+    told = [line.to_dict() for line in lines if line.passed is not None]
+    assert len(told) > 5
+    for line in told:
+        (doubt,) = line["doubts"]
+        assert (doubt["words"], doubt["tracks"]) == ("tracks 2 and 3 are in one place, 0.4 m deep", ["2", "3"])
 
 
 ALL = {True: frames(traffic(1.5)), False: write_esr(traffic(1.5), slots=SLOTS)}  # with the radar's counter and without

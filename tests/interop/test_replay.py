@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from benchmarks.radar_log import NAME, recording
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.domain.doubt import Doubt, DoubtKind
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
 from mcdas_opt.errors import InputError
@@ -21,6 +23,7 @@ from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Replay
 from mcdas_opt.interop.sensor_log import require_clock
 from mcdas_opt.interop.truth import Comparison, TrueTarget, compare, read_truth
+from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.sensors import mounting
 
 LOGS = models_folder() / "logs"
@@ -124,6 +127,14 @@ def test_plans_are_judged_and_nobody_steers_out_of_one_lane(tmp_path: Path) -> N
         told = dict(zip(rows["t_s"], rows[name], strict=True))
         assert list(told.values()) == pytest.approx(later)
     assert all(len(column) == len(rows["t_s"]) for column in rows.values())
+
+
+def test_a_cycle_says_which_tracks_are_doubted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    doubt, plan = Doubt(kind=DoubtKind.DUPLICATE, tracks=("2", "3"), value=0.4, unit="m"), Planner.plan
+    monkeypatch.setattr(Planner, "plan", lambda self, situation: replace(plan(self, situation), doubts=(doubt,)))
+    done = replay(shortened(tmp_path, 0.5), "esr-candump", planner="mpc")
+    assert [cycle["doubts"][0]["words"] for cycle in done.to_dict()["cycles"]] == ["tracks 2 and 3 are the same"] * len(done.cycles)
+    assert done.cycles
 
 
 def test_without_plans_nothing_is_asked_for(tracked: Replay) -> None:

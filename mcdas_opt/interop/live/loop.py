@@ -200,6 +200,7 @@ class LiveLoop:
             warning=plan is not None and plan.warning,
             passed=None if plan is None else plan.verdict.passed,
             reason="" if plan is None else plan.reason,
+            doubts=() if plan is None else plan.doubts,
             plan_age_s=age,
             acceleration_mps2=None if asked is None else asked.acceleration_mps2,
             steering_rad=None if asked is None else asked.steering_rad,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.doubt import Doubt
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert
@@ -23,8 +24,8 @@ class Line:
 
     `acceleration_mps2` and `steering_rad` are what the plan asks for a cycle later: at the line's own time they are about the host's
     own. None where there is none, or it has run out. `alert` is the plan's (none, warn, act; warn with a fault), `warning` whether it is
-    not none. `plan_age_s`: since the situation that was planned. `late_s`: how long after its beat the cycle began. `late_cycles`,
-    `missed_cycles`, `faults` and `drops` count from the start.
+    not none. `doubts` are the plan's: tracks that cannot all be true. `plan_age_s`: since the situation that was planned. `late_s`: how
+    long after its beat the cycle began. `late_cycles`, `missed_cycles`, `faults` and `drops` count from the start.
     """
 
     cycle: int
@@ -36,6 +37,7 @@ class Line:
     warning: bool = False
     passed: bool | None = None
     reason: str = ""
+    doubts: tuple[Doubt, ...] = ()
     plan_age_s: float | None = None
     acceleration_mps2: float | None = None
     steering_rad: float | None = None
