@@ -105,7 +105,7 @@ def _supposed(
         left_s, expected = round(one.left_s - elapsed_s, _CLOCK_DIGITS), one.track.later(elapsed_s)
         if 0.0 < elapsed_s <= _MEMORY_S and left_s > 0.0 and _who_is(expected, now, elapsed_s) is None:
             found.append(SupposedTrack(track=expected, left_s=left_s))
-    swapped: set[tuple[str, ...]] = set()
+    swapped: set[frozenset[str]] = set()
     for track, then in changed:
         doubt = _jump(track, then, elapsed_s)
         if doubt is None:
@@ -117,11 +117,10 @@ def _supposed(
             found.append(SupposedTrack(track=replace(expected, id=f"{track.id} {_SUPPOSED}"), left_s=_SUPPOSED_S))
             continue
         other = tracks[at]
-        pair = tuple(sorted((track.id, other.id)))
-        if pair not in swapped:
-            swapped.add(pair)
+        if {track.id, other.id} not in swapped:
+            swapped.add(frozenset((track.id, other.id)))
             apart = math.hypot(track.s_m - other.s_m, track.d_m - other.d_m)
-            doubts.append(Doubt(kind=DoubtKind.IDS_SWAPPED, tracks=pair, value=apart, unit="m"))
+            doubts.append(Doubt(kind=DoubtKind.IDS_SWAPPED, tracks=(track.id, other.id), value=apart, unit="m"))
     return list({one.track.id: one for one in found}.values())
 
 

@@ -23,7 +23,7 @@ PLANS_SETTLED = max(PLANS // 40, 1)
 
 FOUND = {  # by thousands of others: asked besides the sample
     "permuted": ("slippery/24", "slippery/63", "sandwich/5", "dense/2"),
-    "renamed": ("sandwich/40", "dense/2"),
+    "renamed": ("sandwich/40", "dense/2", "contradictory/29", "moving/367"),
     "clock": ("contradictory/45", "blind/69", "road-end/39", "curved/9"),
     "moved": ("dense/84",),
     "cold": ("moving/5", "road-end/69", "wide/3"),

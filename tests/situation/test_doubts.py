@@ -97,7 +97,7 @@ def test_swapped_ids_are_the_same_cars(gap: float, faster: float) -> None:
     one, two = after(before, 0.1).tracks
     now = replace(after(before, 0.1), tracks=(replace(one, id="b"), replace(two, id="a")))
     found = what(now, before)
-    assert kinds(found.doubts) == [(DoubtKind.IDS_SWAPPED, ("a", "b"))]
+    assert kinds(found.doubts) == [(DoubtKind.IDS_SWAPPED, ("b", "a"))]  # from behind to ahead
     assert found.supposed == ()
     assert found.situation is now
 

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.variant import Variant, names_of
-from mcdas_opt.domain.vocabulary import Mode, Side, Status
+from mcdas_opt.domain.vocabulary import Mode, Sector, Side, Status
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 from mcdas_opt.planning.memory import ReportedMode
+from mcdas_opt.planning.traffic.local_situation import in_order
 
 REPORTED_S, _ROUNDING_S = 1.0, 1e-6
 _OPPOSITE_MPS2 = 0.3  # a plan that does as much of the opposite is not what it was
@@ -43,7 +44,9 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
     if (now.mode, now.side) == (before.mode, before.side):
         now = replace(now, age_s=age_s)
     elif age_s < REPORTED_S - _ROUNDING_S:
-        plan = replace(plan, reason=f"{plan.reason}; {now.mode.value} {age_s:.1f} s after {before.mode.value} began: {_news(now, before)}")
+        plan = replace(
+            plan, reason=f"{plan.reason}; {now.mode.value} {age_s:.1f} s after {before.mode.value} began: {_news(now, before, cycle)}"
+        )
     return plan if plan.mode is now.mode else replace(plan, mode=now.mode), now
 
 
@@ -53,9 +56,11 @@ def _seen_to_brake(cycle: Cycle) -> frozenset[str]:
     return frozenset(Variant.BRAKING.of(track.id) for track in attentive if track.braking_seen_mps2)
 
 
-def _news(now: ReportedMode, before: ReportedMode) -> str:
-    """What there is now that was not, or is no more."""
-    said = [f"{', '.join(sorted(there))} {verb}" for there, verb in _changes(now, before) if there]
+def _news(now: ReportedMode, before: ReportedMode, cycle: Cycle) -> str:
+    """What there is now that was not, or is no more; from behind to ahead, whatever anybody is called."""
+    from_behind = [name for track in in_order(cycle.given).tracks for name in names_of(track.id)]
+    order = {name: k for k, name in enumerate((*sorted(Sector), *from_behind))}
+    said = [f"{', '.join(sorted(there, key=lambda name: order.get(name, -1)))} {verb}" for there, verb in _changes(now, before) if there]
     if now.status is not before.status:
         said.append("a candidate passes again" if now.status is Status.PLANNED else "no candidate passes to a safe end")
     return ", ".join(said) or "by its cost alone"
