@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _ABREAST = 3  # planners in one table
 _ROWS = (
     ("lost on A", "lost_on_A"),
+    ("lost on A with room", "lost_on_A_with_room"),
     ("collisions on A", "collisions_on_A"),
     ("lost", "lost"),
     ("collisions", "collisions"),

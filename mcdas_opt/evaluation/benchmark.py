@@ -11,7 +11,7 @@ from typing import Any
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation import provenance
 from mcdas_opt.evaluation.case import Case
-from mcdas_opt.evaluation.labels import REACTIONS_S, label_chunk, wants_label
+from mcdas_opt.evaluation.labels import REACTIONS_S, ROOM_M, label_chunk, wants_label
 from mcdas_opt.evaluation.results_folder import JOURNAL, LABELLING, LABELS, frozen_labels, open_folder
 from mcdas_opt.evaluation.row import Driven, Row, drive, head
 from mcdas_opt.evaluation.running.executor import Executor
@@ -54,6 +54,7 @@ def manifest_of(suite: Suite, planners: Sequence[str], plant: str, limit_s: floa
         "planners": list(planners),
         "plant": plant,
         "reactions_s": list(REACTIONS_S),
+        "room_m": ROOM_M,
         "limit_s": limit_s,
         "versions": provenance.versions(),
         "commit": provenance.commit(),
@@ -108,27 +109,32 @@ def run(
 
 
 def _labels(suite: Suite, folder: Path, executor: Executor, progress: Progress) -> tuple[dict[int, Record], str]:
-    """By case index: a label for each reaction time, and the onset; and their hash. Frozen in a file before anybody drives."""
+    """By case index: a label for each reaction time, one with room, the onset; and their hash. Frozen in a file before anybody drives."""
     frozen = frozen_labels(folder, suite.hash)
     if frozen is None:
         with Journal(folder / LABELLING) as journal:
             _label(suite.cases, journal, executor, progress)
             found = {(record["index"], record["reaction_s"]): record for record in journal.records}
-        labels = [
-            [case.index, *(found[case.index, rho]["label"] for rho in REACTIONS_S), found[case.index, REACTIONS_S[0]]["onset_s"]]
-            for case in suite.cases
-            if wants_label(case)
-        ]
-        frozen = {"suite_hash": suite.hash, "labels_hash": provenance.digest(labels), "reactions_s": list(REACTIONS_S), "labels": labels}
+        labels = []
+        for case in (case for case in suite.cases if wants_label(case)):
+            first, late = (found[case.index, rho] for rho in REACTIONS_S)
+            labels.append([case.index, first["label"], late["label"], first["with_room"], first["onset_s"]])
+        frozen = {
+            "suite_hash": suite.hash,
+            "labels_hash": provenance.digest(labels),
+            "reactions_s": list(REACTIONS_S),
+            "room_m": ROOM_M,
+            "labels": labels,
+        }
         write_whole(folder / LABELS, json.dumps(frozen) + "\n")
     table = {case.index: _unlabelled() for case in suite.cases}
-    for index, first, second, onset in frozen["labels"]:
-        table[index] = {"label": first, "label_late": second, "onset_s": onset}
+    for index, letter, late, roomy, onset in frozen["labels"]:
+        table[index] = {"label": letter, "label_late": late, "label_with_room": roomy, "onset_s": onset}
     return table, str(frozen["labels_hash"])
 
 
 def _unlabelled() -> Record:
-    return {"label": "-", "label_late": "-", "onset_s": None}
+    return {"label": "-", "label_late": "-", "label_with_room": "-", "onset_s": None}
 
 
 def _label(cases: Sequence[Case], journal: Journal, executor: Executor, progress: Progress) -> None:

@@ -29,6 +29,7 @@ from mcdas_opt.evaluation.oracle import (
 from mcdas_opt.simulation.neighbours import known_bodies
 
 REACTIONS_S = (0.2, 0.75)  # an alert automaton; the competent driver of UN R157
+ROOM_M = 0.1  # about what the suites' radars are unsure of somebody's place across the road
 _LIBRARY: tuple[tuple[str, _Search], ...] = (("library", witness_from),)
 _FINER: tuple[tuple[str, _Search], ...] = (("finer library", finer_witness_from),)
 _LAST: tuple[tuple[str, _Search], ...] = (("nonlinear program", optimised_witness_from),)
@@ -97,6 +98,13 @@ def label_scene(scene: Scene, reaction_s: float = REACTION_S) -> Label:
     return finish(kind=Kind.C, how=f"certificate and {known[0]}", reason=how, witness=known[1])
 
 
+def with_room(scene: Scene, room_m: float = ROOM_M) -> Scene:
+    """The scene with everybody larger by so much on each side: a drive that is safe in it leaves that much room in the scene."""
+    more = 2.0 * room_m
+    larger = [part.model_copy(update={"length_m": part.length_m + more, "width_m": part.width_m + more}) for part in scene.neighbour]
+    return scene.model_copy(update={"neighbour": larger})
+
+
 def _first(stages: tuple[tuple[str, _Search], ...], scene: Scene, acts_s: float, bodies: _Bodies) -> tuple[str, Trajectory] | None:
     """The first stage that finds a witness, and the witness."""
     for name, search in stages:
@@ -112,6 +120,12 @@ def wants_label(case: Case) -> bool:
 
 
 def label_chunk(scenes: Sequence[Scene], reaction_s: float) -> list[dict[str, Any]]:
-    """A letter and an onset for each scene."""
-    found = (label_scene(scene, reaction_s) for scene in scenes)
-    return [{"label": one.kind.value, "onset_s": round(one.onset_s, 3)} for one in found]
+    """A letter and an onset for each scene; of the lesser reaction time, the letter with room besides."""
+    found = []
+    for scene in scenes:
+        label = label_scene(scene, reaction_s)
+        record = {"label": label.kind.value, "onset_s": round(label.onset_s, 3)}
+        if reaction_s == REACTIONS_S[0]:
+            record["with_room"] = (label_scene(with_room(scene), reaction_s) if label.kind is Kind.A else label).kind.value
+        found.append(record)
+    return found

@@ -77,6 +77,7 @@ def figures(rows: Sequence[Record]) -> dict[str, Any]:
         "collisions_on_U": share(with_label(rows, "U"), collided),
         "collisions_on_A_late": share(with_label(rows, "A", "label_late"), collided),
         "lost_on_A": share(avoidable, lost),
+        "lost_on_A_with_room": share(with_label(rows, "A", "label_with_room"), lost),
         "collisions": share(rows, collided),
         "lost": share(rows, lost),
         **{f"{face}_hits": share(rows, _hits(face)) for face in FACES},

@@ -95,7 +95,7 @@ def test_labels_are_frozen_before_anybody_drives(labelled_suite: Path, tmp_path:
     frozen = json.loads((folder / LABELS).read_text())
     assert frozen["suite_hash"] == suite.hash == results.manifest["suite_hash"]
     assert frozen["labels_hash"] == digest(frozen["labels"]) == results.manifest["labels_hash"]
-    assert [label for _, label, _, _ in frozen["labels"]] == [row["label"] for row in results.rows]
+    assert [label for _, label, *_ in frozen["labels"]] == [row["label"] for row in results.rows]
 
 
 def test_a_folder_of_another_run_is_refused_and_left_alone(short_suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -260,7 +260,7 @@ def test_a_contradiction_of_the_oracle_fails_the_run(labelled_suite: Path, tmp_p
     results = driven(suite, ("gentle",), folder, limit_s=300.0)
     assert any(row["outcome"] == "safe" for row in results.rows)
     frozen = json.loads((folder / LABELS).read_text())
-    frozen["labels"] = [[index, "U", "U", onset] for index, _, _, onset in frozen["labels"]]
+    frozen["labels"] = [[index, "U", "U", "U", onset] for index, *_, onset in frozen["labels"]]
     (folder / LABELS).write_text(json.dumps(frozen))
     found = CliRunner().invoke(
         app, ["benchmark", str(labelled_suite), "--scenes", "2", "--seed", "3", "--planners", "gentle", "--out", str(folder), "--resume"]

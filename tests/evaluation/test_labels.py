@@ -12,7 +12,7 @@ from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.families import load_family
-from mcdas_opt.evaluation.labels import REACTIONS_S, Kind, Label, label_scene
+from mcdas_opt.evaluation.labels import REACTIONS_S, ROOM_M, Kind, Label, label_chunk, label_scene, with_room
 from mcdas_opt.evaluation.oracle import unbraked
 from mcdas_opt.simulation.neighbours import known_bodies
 from mcdas_opt.verification.judge import judge
@@ -74,6 +74,29 @@ def test_who_reacts_later_avoids_no_more(labelled: list[tuple[Scene, Label, Labe
             assert early.kind is Kind.A
         if early.kind is Kind.C:
             assert late.kind is Kind.C
+
+
+def test_with_room_everybody_is_larger_on_each_side() -> None:
+    room_m = 3.0
+    assert label_scene(scene(wall(16.4 + room_m))).kind is Kind.A
+    assert label_scene(with_room(scene(wall(16.4 + room_m)), room_m)).kind is label_scene(scene(wall(16.4))).kind is Kind.C
+
+
+def test_what_is_avoidable_with_room_is_avoidable(labelled: list[tuple[Scene, Label, Label]]) -> None:
+    """Its witness is safe in the scene as it is; of a scene that is not avoidable nothing is asked."""
+    scenes = [it for it, _, _ in labelled]
+    records = label_chunk(scenes, REACTIONS_S[0])
+    assert [record["label"] for record in records] == [label.kind.value for _, label, _ in labelled]
+    for it, record in zip(scenes, records, strict=True):
+        if record["label"] != "A":
+            assert record["with_room"] == record["label"]
+            continue
+        roomy = label_scene(with_room(it, ROOM_M))
+        assert record["with_room"] == roomy.kind.value
+        if roomy.kind is Kind.A:
+            bodies = Prediction(name="as they are", bodies=(*known_bodies(it), *unbraked(it)))
+            assert judge(roomy.witness, it.host_state, it.vehicle, it.true_road, bodies).passed
+    assert "A" in {record["with_room"] for record in records}
 
 
 def test_witnesses_of_a_wait_and_pass_the_judge_in_both_versions(labelled: list[tuple[Scene, Label, Label]]) -> None:

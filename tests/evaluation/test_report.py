@@ -61,12 +61,14 @@ def table(count: int = 30, seed: int = 1) -> tuple[list[dict[str, Any]], list[li
                 plans=80,
                 unverified_plans=int(rng.integers(0, 3)),
             )
-            rows.append({**row.to_dict(), "label": label, "label_late": label, "onset_s": 1.0 if scripted else None})
+            rows.append(
+                {**row.to_dict(), "label": label, "label_late": label, "label_with_room": label, "onset_s": 1.0 if scripted else None}
+            )
             cycles.append([float(ms) for ms in rng.lognormal(2.0, 1.0, 20)])
     failed = Row(index=count, scene="last", family="family-0", traffic="scripted", nominal=False, seed=1, planner="mpc", plant="kinematic")
     for planner in PLANNERS:
         row = {**failed.to_dict(), "planner": planner, "ended": "raised", "error": "ValueError: no"}
-        rows.append(row | {"label": "A", "label_late": "A", "onset_s": 0.0})
+        rows.append(row | {"label": "A", "label_late": "A", "label_with_room": "A", "onset_s": 0.0})
         cycles.append([])
     return rows, cycles
 

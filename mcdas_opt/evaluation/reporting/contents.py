@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.evaluation.labels import ROOM_M
 from mcdas_opt.evaluation.reporting.document import Bar, Bars, Block, Card, Cards, Cell, Heading, Paragraph, Picture, Report, Table
 from mcdas_opt.evaluation.row import LONGEST_REASON
 from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs, worst
@@ -19,6 +20,7 @@ Record = dict[str, Any]
 
 _HEADLINE = (
     ("lost on A", "lost_on_A"),
+    (f"lost on A with {ROOM_M:g} m to spare", "lost_on_A_with_room"),
     ("collisions on A", "collisions_on_A"),
     ("collisions on A or undecided", "collisions_on_A_or_undecided"),
     ("hit in front, on A", "front_hits_on_A"),
@@ -32,7 +34,7 @@ _HEADLINE = (
     ("followers who brake hard", "followers_braked"),
     ("unverified plans", "unverified_plans"),
 )
-_WHOLE = ("lost_on_A", "lost", "unverified_plans")  # a drive that ended early makes these no smaller
+_WHOLE = ("lost_on_A", "lost_on_A_with_room", "lost", "unverified_plans")  # a drive that ended early makes these no smaller
 _FEWEST = (
     "The fewest stand out among the lost drives and the unverified plans. Whatever else is counted is counted until the drive ended: "
     "who leaves the road early meets fewer others."
