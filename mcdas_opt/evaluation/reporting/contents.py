@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.evaluation.labels import ROOM_M
 from mcdas_opt.evaluation.reporting.document import Bar, Bars, Block, Card, Cards, Cell, Heading, Paragraph, Picture, Report, Table
 from mcdas_opt.evaluation.row import LONGEST_REASON
 from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs, worst
@@ -20,7 +19,7 @@ Record = dict[str, Any]
 
 _HEADLINE = (
     ("lost on A", "lost_on_A"),
-    (f"lost on A with {ROOM_M:g} m to spare", "lost_on_A_with_room"),
+    ("lost on A with room", "lost_on_A_with_room"),
     ("collisions on A", "collisions_on_A"),
     ("collisions on A or undecided", "collisions_on_A_or_undecided"),
     ("hit in front, on A", "front_hits_on_A"),
