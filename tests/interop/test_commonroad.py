@@ -218,6 +218,14 @@ def test_a_scenario_without_a_lane_or_an_ego_is_refused(tmp_path: Path, changes:
 
 
 @pytest.mark.usefixtures("reader")
+def test_an_ego_without_a_speed_is_named_with_its_file(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text().replace("<exact>12.0</exact></velocity>", "<exact>nan</exact></velocity>"))
+    with pytest.raises(InputError, match=r"own\.xml: planningProblem 100: speed_mps = nan: must be finite"):
+        read_scenario(path)
+
+
+@pytest.mark.usefixtures("reader")
 @pytest.mark.parametrize(
     ("text", "said"),
     [

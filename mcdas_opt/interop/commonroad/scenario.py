@@ -98,7 +98,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
     goals = goal_lanelets(scenario.lanelet_network, chosen)
     road = _described(road, lane, line, scenario.lanelet_network, goals, own_d, own_psi, car)
     duration = _duration(scenario, chosen)
-    begun = HostState(d_m=own_d, heading_rad=own_psi, speed_mps=begun_mps)
+    begun = _begun(own_d, own_psi, begun_mps, chosen, path)
     goal, off = destination(chosen, scenario.lanelet_network, road, lane, line.placement, begun, float(scenario.dt), car)
     names: dict[str, int] = {}
     left_out: dict[int, str] = {}
@@ -164,6 +164,13 @@ def _problem(problems: Any, wanted: int | None, path: Path) -> Any:
     if wanted not in known:
         raise InputError(path, "planningProblem", wanted, "is none of the scenario's: " + ", ".join(map(str, known)))
     return known[wanted]
+
+
+def _begun(d_m: float, heading_rad: float, speed_mps: float, problem: Any, path: Path) -> HostState:
+    try:
+        return HostState(d_m=d_m, heading_rad=heading_rad, speed_mps=speed_mps)
+    except ParameterError as error:
+        raise InputError(path, f"planningProblem {problem.planning_problem_id}: {error.name}", error.value, error.rule) from None
 
 
 def _road(lane: EgoLane, line: LaneLine, path: Path) -> Road:
