@@ -229,8 +229,11 @@ class LaneMpcSolver:
 
     def _surprising(self, before: Cycle, cycle: Cycle, others: ObstacleSlots) -> frozenset[str]:
         """Who of them is not where the cycle before predicted, or was not there."""
-        then = before.prediction.rows_on(np.array([cycle.memory.elapsed_s]))
-        columns = (row[:, 0].tolist() for row in (then.s_m, then.d_m, then.speed_s_mps))
+        times_s, elapsed_s = self.settings.grid.times_s, cycle.memory.elapsed_s
+        k = min(max(int(np.searchsorted(times_s, elapsed_s)), 1), times_s.size - 1)
+        share = (elapsed_s - times_s[k - 1]) / (times_s[k] - times_s[k - 1])
+        then = before.prediction.rows_on(times_s)  # known: the problem of the cycle before was posed with them
+        columns = ((row[:, k - 1] + share * (row[:, k] - row[:, k - 1])).tolist() for row in (then.s_m, then.d_m, then.speed_s_mps))
         expected = {body.id: place for body, place in zip(before.prediction.bodies, zip(*columns, strict=True), strict=True)}
         most = self.own.event_position_m, self.own.event_position_m, self.own.event_speed_mps
         return frozenset(

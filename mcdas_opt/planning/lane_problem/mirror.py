@@ -6,7 +6,7 @@ last bit of a sum the sixth digit of a plan.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -28,21 +28,19 @@ def is_mirrored(situation: Situation, others: ObstacleSlots, proposed: Proposed)
     """Whether this is solved in the mirror: steering right, or keeping the lane with more on the right than on the left."""
     if proposed.side is not Side.NONE:
         return proposed.side is Side.RIGHT
-    host, road = situation.host, situation.road
-    offset = host.d_m - proposed.path.start_d_m
-    lateral = [d - proposed.path.start_d_m for _, d, _ in others.first]
-    for oddness in (
-        offset,
-        host.heading_rad,
-        host.steering_rad,
-        sum(sorted(lateral, key=abs)),
-        float(road.left_edge_at(host.s_m)) + float(road.right_edge_at(host.s_m)) - 2.0 * proposed.path.start_d_m,
-        _lean_m(road),
-        float(road.knots[1].sum()),
-    ):
-        if abs(oddness) > _NOTHING:
-            return oddness < 0.0
-    return False
+    return next((oddness < 0.0 for oddness in _oddnesses(situation, others, proposed) if abs(oddness) > _NOTHING), False)
+
+
+def _oddnesses(situation: Situation, others: ObstacleSlots, proposed: Proposed) -> Iterator[float]:
+    """What changes sign in the mirror, and is not 0 where left and right are told apart: the first that is not decides."""
+    host, road, centre = situation.host, situation.road, proposed.path.start_d_m
+    yield host.d_m - centre
+    yield host.heading_rad
+    yield host.steering_rad
+    yield sum(sorted((d - centre for _, d, _ in others.first), key=abs))
+    yield float(road.left_edge_at(host.s_m)) + float(road.right_edge_at(host.s_m)) - 2.0 * centre
+    yield _lean_m(road)
+    yield float(road.knots[1].sum())
 
 
 def _lean_m(road: Road) -> float:
@@ -71,11 +69,11 @@ class MirroredParameters:
     def __init__(self, names: Sequence[str]) -> None:
         odd = _ODD_PARAMETERS | {"left_edge", "right_edge", "left_slope", "right_slope"}
         self._sign = np.array([-1.0 if name in odd or (name.startswith("body") and name.endswith("_d")) else 1.0 for name in names])
-        self._order = np.arange(len(names))
-        for pair in (("left_edge", "right_edge"), ("left_slope", "right_slope")):
-            if pair[0] in names:
-                left, right = map(names.index, pair)
-                self._order[[left, right]] = right, left
+        pairs = (("left_edge", "right_edge"), ("left_slope", "right_slope"))
+        self._swapped = [(names.index(left), names.index(right)) for left, right in pairs if left in names]
 
     def __call__(self, p: Array) -> Array:
-        return np.asarray(p[:, self._order] * self._sign)
+        mirrored = np.asarray(p * self._sign)
+        for left, right in self._swapped:
+            mirrored[:, [left, right]] = mirrored[:, [right, left]]
+        return mirrored
