@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
+import shapely.affinity
 
 from mcdas_opt.interop.commonroad.scenario import CommonRoadScene, read_scenario
 from mcdas_opt.interop.commonroad.solution import goal_reached_s
@@ -50,9 +54,11 @@ def read(
     steps: tuple[int, int],
     y: float = 0.0,
     named: tuple[int, ...] = (),
+    goal_yaw: float = 0.0,
     besides: str = "",
 ) -> CommonRoadScene:
-    area = f"<rectangle><length>20</length><width>3</width><center><x>{goal_x}</x><y>{goal_y}</y></center></rectangle>"
+    turned = f"<length>20</length><width>3</width><orientation>{goal_yaw}</orientation>"
+    area = f"<rectangle>{turned}<center><x>{goal_x}</x><y>{goal_y}</y></center></rectangle>"
     area = "".join(f'<lanelet ref="{identifier}"/>' for identifier in named) or area
     window = f"<time><intervalStart>{steps[0]}</intervalStart><intervalEnd>{steps[1]}</intervalEnd></time>"
     state = (
@@ -193,6 +199,25 @@ def test_a_goals_speed_and_orientation_are_the_destinations_and_commonroad_says_
     reached_s = goal_reached_s(scene, drive.trajectory)
     assert reached_s is not None
     assert 8.3 <= reached_s <= 9.3
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1e-9, 0.1, -0.4, 0.8, 1.2, math.pi / 2, 2.5])
+@pytest.mark.parametrize("goal_y", [0.0, 0.7])
+def test_who_is_where_the_destination_asks_is_in_the_goals_area_however_it_lies_across_the_road(
+    tmp_path: Path, yaw: float, goal_y: float
+) -> None:
+    scene = read(tmp_path, [lanelet(1, 0, -60, 300)], goal_x=90.0, goal_y=goal_y, goal_yaw=yaw, steps=(60, 90))
+    there = scene.scene.destination_to_reach
+    assert there is not None
+    assert there.s_m is not None
+    assert there.d_m is not None
+    assert there.d_m[0] < -0.2 < 0.2 < there.d_m[1]  # who keeps the lane's middle is there
+    assert there.s_m[1] - there.s_m[0] > 1.0
+    area = shapely.affinity.rotate(shapely.box(80.0, goal_y - 1.5, 100.0, goal_y + 1.5), yaw, use_radians=True)
+    for s, d in itertools.product(there.s_m, there.d_m):
+        assert area.buffer(1e-6).contains(shapely.Point(s, d))
+    if abs(yaw) < 0.01:
+        assert there.s_m == pytest.approx((80.0, 100.0), abs=0.05)
 
 
 def test_a_goal_of_one_moment_is_reached_at_that_moment(tmp_path: Path) -> None:

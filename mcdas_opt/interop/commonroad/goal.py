@@ -19,6 +19,7 @@ from mcdas_opt.interop.commonroad.road_lanes import on_road
 
 _BESIDE_M = 2.0  # an area whose middle is further off the road than this is not on it
 _NEXT_M = 1.0  # areas of one lane that are no further apart are one
+_LEVELS, _INSET = 17, 0.005  # offsets to either side at which an area is measured, and as a share of its width the nearest to its edge
 
 
 def destination(
@@ -67,9 +68,12 @@ def _along(
         return None, f"the goal lies {max(low - middle_d, middle_d - high):.3g} m off the ego's road"
     inside = [k for k in range(-road.lanes_right, road.lanes_left + 1) if d.min() < road.lane_centre_m(k, middle_s) < d.max()]
     several = len([k for k in inside if road.has_lane(k, middle_s)]) > 1
-    there = replace(asked, s_m=(float(s.min()), float(s.max())), lane=None if several else road.lane_of(middle_d, middle_s))
-    if not is_lane:
-        there = replace(there, d_m=(float(d.min()), float(d.max())))
+    lane = None if several else road.lane_of(middle_d, middle_s)
+    if is_lane:
+        there = replace(asked, s_m=(float(s.min()), float(s.max())), lane=lane)
+    else:
+        along_m, across_m = _box_inside(s, d, float(road.lane_centre_m(road.lane_of(middle_d, middle_s), middle_s)))
+        there = replace(asked, s_m=along_m, d_m=across_m, lane=lane)
     if state.has_value("orientation"):
         x, y, _ = FrenetFrame(road=road).to_plane(np.array([middle_s, middle_s + 1.0]), np.zeros(2), np.zeros(2))
         along = float(np.arctan2(np.diff(y)[0], np.diff(x)[0])) + placement.yaw_rad
@@ -78,6 +82,30 @@ def _along(
         turned = (turned + np.pi) % (2.0 * np.pi) - np.pi
         there = replace(there, heading_rad=(turned - half, turned + half))
     return there, ""
+
+
+def _box_inside(s_m: Array, d_m: Array, through_d_m: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """From where to where, along and across the road, of a box within a convex area of these corners in turn: who is in it is in the area,
+    however that lies across the road. Where the line at that offset crosses the area, with room beside the line to either side, as much of
+    length, and of both rooms, as there is together."""
+    low, high = float(d_m.min()), float(d_m.max())
+    through = through_d_m if low < through_d_m < high else 0.5 * (low + high)
+    inset = _INSET * (high - low)
+    levels = np.concatenate([np.linspace(low + inset, through, _LEVELS), np.linspace(through, high - inset, _LEVELS)])
+    begins, ends = np.array([_chord(s_m, d_m, level) for level in np.clip(levels, low + inset, high - inset)]).T
+    right, left = slice(None, _LEVELS), slice(_LEVELS, None)
+    begin, end = np.maximum.outer(begins[right], begins[left]), np.minimum.outer(ends[right], ends[left])
+    size = np.maximum(end - begin, 0.0) * np.multiply.outer(through - levels[right], levels[left] - through)
+    i, j = np.unravel_index(int(np.argmax(size)), size.shape)
+    return (float(begin[i, j]), float(end[i, j])), (float(levels[right][i]), float(levels[left][j]))
+
+
+def _chord(s_m: Array, d_m: Array, level_m: float) -> tuple[float, float]:
+    """From where to where the line at that offset lies within a convex area, which it crosses."""
+    next_s, next_d = np.roll(s_m, -1), np.roll(d_m, -1)
+    crossed = (np.minimum(d_m, next_d) <= level_m) & (level_m <= np.maximum(d_m, next_d)) & (d_m != next_d)
+    found = (s_m + (level_m - d_m) / np.where(crossed, next_d - d_m, 1.0) * (next_s - s_m))[crossed]
+    return float(found.min()), float(found.max())
 
 
 def _joined(areas: list[Destination]) -> list[Destination]:
