@@ -19,6 +19,7 @@ from mcdas_opt.interop.commonroad.road_lanes import on_road
 
 _BESIDE_M = 2.0  # an area whose middle is further off the road than this is not on it
 _NEXT_M = 1.0  # areas of one lane that are no further apart are one
+_KEPT_M = 0.5
 _LEVELS, _INSET = 17, 0.005  # offsets to either side at which an area is measured, and as a share of its width the nearest to its edge
 
 
@@ -86,8 +87,8 @@ def _along(
 
 def _box_inside(s_m: Array, d_m: Array, through_d_m: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """From where to where, along and across the road, of a box within a convex area of these corners in turn: who is in it is in the area,
-    however that lies across the road. Where the line at that offset crosses the area, with room beside the line to either side, as much of
-    length, and of both rooms, as there is together."""
+    however that lies across the road. Where the line at that offset crosses the area, with room beside the line to either side: as much of
+    length and of both rooms as there is together, of rooms as they count."""
     low, high = float(d_m.min()), float(d_m.max())
     through = through_d_m if low < through_d_m < high else 0.5 * (low + high)
     inset = _INSET * (high - low)
@@ -95,9 +96,14 @@ def _box_inside(s_m: Array, d_m: Array, through_d_m: float) -> tuple[tuple[float
     begins, ends = np.array([_chord(s_m, d_m, level) for level in np.clip(levels, low + inset, high - inset)]).T
     right, left = slice(None, _LEVELS), slice(_LEVELS, None)
     begin, end = np.maximum.outer(begins[right], begins[left]), np.minimum.outer(ends[right], ends[left])
-    size = np.maximum(end - begin, 0.0) * np.multiply.outer(through - levels[right], levels[left] - through)
+    size = np.maximum(end - begin, 0.0) * np.multiply.outer(_counted(through - levels[right]), _counted(levels[left] - through))
     i, j = np.unravel_index(int(np.argmax(size)), size.shape)
     return (float(begin[i, j]), float(end[i, j])), (float(levels[right][i]), float(levels[left][j]))
+
+
+def _counted(room_m: Array) -> Array:
+    """Room beside a line that a car keeps to within `_KEPT_M`: beyond that it hardly counts."""
+    return np.minimum(room_m, _KEPT_M) + 0.01 * room_m
 
 
 def _chord(s_m: Array, d_m: Array, level_m: float) -> tuple[float, float]:
