@@ -43,14 +43,16 @@ def surroundings(
     s, d, psi = host[:, 0], host[:, 1], host[:, 2]
     frame = frame_near(road, float(s[0]))
     own = corners(*frame.to_plane(s, d, psi), vehicle.length_m, vehicle.width_m)
-    clearance = np.zeros((len(neighbours), len(s)))
-    touching = np.zeros((len(neighbours), len(s)), dtype=bool)
-    for i, (motion, size) in enumerate(zip(neighbours, sizes, strict=True)):
-        apart = np.abs(motion.s_m - s)
-        clearance[i] = apart - 0.5 * (size[0] + vehicle.length_m)
-        near, other = _near(frame, apart, motion, slice(None), size, road)
-        clearance[i, near] = distance(own[near], other)
-        touching[i, near] = (separation(own[near], other) <= 0.0) & (apart[near] < TOUCH_WITHIN_M)
+    places = np.array([(motion.s_m, motion.d_m, motion.heading_rad) for motion in neighbours]).reshape(-1, 3, len(s)).swapaxes(0, 1)
+    lengths, widths = np.array(sizes).reshape(-1, 2).T
+    apart = np.abs(places[0] - s)
+    clearance = apart - 0.5 * (lengths[:, None] + vehicle.length_m)
+    touching = np.zeros(apart.shape, dtype=bool)
+    near = _is_near(apart, road)
+    who, when = np.nonzero(near)
+    others, mine = corners(*frame.to_plane(*places[:, who, when]), lengths[who], widths[who]), own[when]
+    clearance[near] = distance(mine, others)
+    touching[near] = (separation(mine, others) <= 0.0) & (apart[near] < TOUCH_WITHIN_M)
     return Surroundings(clearance_m=clearance, touching=touching, beyond_edge_m=_beyond_edge(own, host, vehicle, road))
 
 
@@ -102,20 +104,18 @@ def clearances(
         own = corners(*frame.to_plane(*host[part, :3].T), vehicle.length_m, vehicle.width_m)
         for motion, size in zip(neighbours, sizes, strict=True):
             apart = np.abs(motion.s_m[part] - host[part, 0])
-            near, other = _near(frame, apart, motion, part, size, road)
+            near = _is_near(apart, road)
+            place = (column[part][near] for column in (motion.s_m, motion.d_m, motion.heading_rad))
+            other = corners(*frame.to_plane(*place), *size)
             gap = apart - 0.5 * (size[0] + vehicle.length_m)
             gap[near] = distance(own[near], other)
             nearest[part] = np.minimum(nearest[part], gap)
     return nearest
 
 
-def _near(
-    frame: FrenetFrame, apart: Array, motion: BodyMotion, part: slice, size: tuple[float, float], road: Road
-) -> tuple[NDArray[np.bool_], Array]:
-    """Which instants are near enough for the plane, and the other's corners there."""
-    near = apart < (np.inf if road.is_straight else REACH_M - 50.0)
-    place = (column[part][near] for column in (motion.s_m, motion.d_m, motion.heading_rad))
-    return near, corners(*frame.to_plane(*place), *size)
+def _is_near(apart_m: Array, road: Road) -> NDArray[np.bool_]:
+    """Who, so far away along the road, is near enough for the plane."""
+    return np.asarray(apart_m < (np.inf if road.is_straight else REACH_M - 50.0))
 
 
 def _beyond_edge(own: Array, host: Array, vehicle: Vehicle, road: Road) -> Array:
