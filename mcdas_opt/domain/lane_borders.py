@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ _STEEPEST = 2.0  # metres across per metre along: a lane that narrows more steep
 STEERED = 0.25  # metres across per metre along: no edge of `steered` turns inwards more steeply
 _EVERY_M = 1.0  # the knots of `steered`, where an edge is steeper
 _MOST_KNOTS = 4000
+_KEPT = 256  # places at which the borders are remembered
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +54,7 @@ class LaneBorders:
     d_m: Array
     edges: Edges
     steered: Edges
+    _known: dict[float, tuple[float, ...]] = field(default_factory=dict, init=False, repr=False)  # at the places asked for of late
 
     @classmethod
     def of(
@@ -91,15 +93,23 @@ class LaneBorders:
         edges = steered if self.edges is self.steered else self.edges.seen_from(s_m)
         return LaneBorders(self.s_m - s_m, self.d_m, edges, steered)
 
-    def at(self, s_m: float) -> list[float]:
-        """The borders' d [m] at one place, from the right."""
+    def at(self, s_m: float) -> tuple[float, ...]:
+        """The borders' d [m] at one place, from the right: worked out once for a place, which a cycle asks for again and again."""
+        known = self._known.get(s_m)
+        if known is None:
+            if len(self._known) >= _KEPT:
+                self._known.clear()
+            known = self._known[s_m] = self._worked_out(s_m)
+        return known
+
+    def _worked_out(self, s_m: float) -> tuple[float, ...]:
         s, d = self.s_m, self.d_m
         k = int(s.searchsorted(s_m))
         if k in (0, s.size):
-            return list(map(float, d[:, min(k, s.size - 1)]))
+            return tuple(map(float, d[:, min(k, s.size - 1)]))
         before = d[:, k - 1]
         row: list[float] = (before + (s_m - s[k - 1]) / (s[k] - s[k - 1]) * (d[:, k] - before)).tolist()
-        return row
+        return tuple(row)
 
 
 def _knots(lanes: Sequence[Lane]) -> Array:

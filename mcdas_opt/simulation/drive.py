@@ -105,10 +105,10 @@ class Drive:
 
     def _check(self, host: Array, others: tuple[BodyMotion, ...]) -> int:
         """Index of the last instant driven; sets the outcome and cuts the history where the drive ends within this turn."""
-        scene, sizes = self.scene, self.traffic.sizes
-        if is_free(host, others, sizes, scene.vehicle, scene.true_road):
+        vehicle, road, sizes = self.scene.vehicle, self.traffic.road, self.traffic.sizes
+        if is_free(host, others, sizes, vehicle, road):
             return len(host) - 1
-        around = surroundings(host, others, sizes, scene.vehicle, scene.true_road)
+        around = surroundings(host, others, sizes, vehicle, road)
         touched = np.asarray(around.touching.any(axis=0))
         off = around.beyond_edge_m > EDGE_SLACK_M
         ends = np.flatnonzero(touched | off)
@@ -116,7 +116,7 @@ class Drive:
         if ends.size and touched[end]:
             struck = int(np.flatnonzero(around.touching[:, end])[0])
             self.outcome, self.collided_with = Outcome.COLLISION, self.traffic.names[struck]
-            self.impact_speed_mps = relative_speed(host[end], others[struck].part(end), scene.vehicle, scene.true_road)
+            self.impact_speed_mps = relative_speed(host[end], others[struck].part(end), vehicle, road)
         elif ends.size:
             self.outcome = Outcome.LEFT_ROAD
         cut = len(host) - 1 - end
@@ -125,10 +125,10 @@ class Drive:
         return end
 
     def summary(self, *, planner: str, seed: int, error: str = "") -> Simulation:
-        scene, sizes = self.scene, self.traffic.sizes
+        scene, road, sizes = self.scene, self.traffic.road, self.traffic.sizes
         states = np.array(self.states)
         others = self.traffic.motions_of_steps(0, len(states))
-        nearest = clearances(states, self.turns, others, sizes, scene.vehicle, scene.true_road)
+        nearest = clearances(states, self.turns, others, sizes, scene.vehicle, road)
         sideslip, yaw_rate, friction, estimated, sd, felt = np.array(self.turning).T
         history = History(
             states=states,
@@ -143,7 +143,7 @@ class Drive:
             friction_estimate=felt,
         )
         trajectory = driven(history)
-        front, rear = times_to_collision(states, others, sizes, scene.vehicle, scene.true_road)
+        front, rear = times_to_collision(states, others, sizes, scene.vehicle, road)
         plans = [cycle.plan for cycle in self.cycles]
         reached = self._destination_reached_s(history)
         return Simulation(
@@ -162,8 +162,8 @@ class Drive:
             max_lateral_acceleration_mps2=float(np.abs(history.lateral_acceleration_mps2).max(initial=0.0)),
             max_jerk_mps3=float(np.abs(history.inputs[:, 0]).max(initial=0.0)),
             max_steering_rate_radps=float(np.abs(history.inputs[:, 1]).max(initial=0.0)),
-            lane_change_completed=lane_changed(history.states, scene.true_road),
-            lane_changes=len(settled_lanes(history.states, scene.true_road)) - 1,
+            lane_change_completed=lane_changed(history.states, road),
+            lane_changes=len(settled_lanes(history.states, road)) - 1,
             modes=self._modes(),
             plans=len(plans),
             fallbacks=sum(plan.status is Status.FALLBACK for plan in plans),
@@ -182,7 +182,7 @@ class Drive:
 
     def _destination_reached_s(self, history: History) -> float | None:
         """When the host was first where it was to be, while it drove safely."""
-        destination, road = self.scene.destination_to_reach, self.scene.true_road
+        destination, road = self.scene.destination_to_reach, self.traffic.road
         if destination is None:
             return None
         for t, state in zip(history.t_s.tolist(), history.states, strict=True):

@@ -78,12 +78,13 @@ def simulate(
         raise ParameterError("controller", controller, "must be the name of a controller, or have a method command")
     if progress is not None and not callable(progress):
         raise ParameterError("progress", progress, "must be a function of how many turns are done, and of how many")
-    traffic, car = Traffic(scene), Car(plant, scene.vehicle, scene.true_road, scene.host_state)
-    host = MeasuredHost(scene.vehicle, car.state, sensors_named(motion_sensors), friction=scene.assumed_road.friction, seed=seed)
+    traffic, assumed = Traffic(scene), scene.assumed_road
+    car = Car(plant, scene.vehicle, traffic.road, scene.host_state)
+    host = MeasuredHost(scene.vehicle, car.state, sensors_named(motion_sensors), friction=assumed.friction, seed=seed)
     reserve = car.slips and own is None  # a method that was built with its own settings solves with them
     driver = _driver(planner, scene, planned_for(settings, slips=reserve), slips=car.slips)
     driver.set_destination(scene.destination_to_reach)
-    monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
+    monitor = GripMonitor(vehicle=scene.vehicle, believed=assumed.friction, step_s=STEP_S)
     turned = driver.takes_zero_sideslip_point
     if isinstance(controller, str):
         controller = make_controller(controller, scene.vehicle, turned=turned, grip=monitor)
@@ -94,7 +95,7 @@ def simulate(
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
-        road, seen = _believed(scene.assumed_road, monitor), car.ahead(host.state, monitor.friction)
+        road, seen = _believed(assumed, monitor), car.ahead(host.state, monitor.friction)
         point = car.zero_sideslip_point_m(seen) if turned else 0.0
         driver.set_zero_sideslip_point(point)
         state = car.without_slip(seen, road, point)
