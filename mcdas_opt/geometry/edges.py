@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 
-_NEAR_M = 20.0  # an edge's knot further off along the road is beside no body
+_REACHES = 5.0  # of a body's diagonal: a road keeps 1 - d kappa above 0.1, so that no edge's knot further off along it is in the body
 
 
 def beyond_edges(s_m: Array, right_m: Array, left_m: Array, vehicle: Vehicle, road: Road) -> Array:
@@ -38,7 +40,8 @@ def knots_inside(s_m: Array, d_m: Array, psi_rad: Array, vehicle: Vehicle, road:
     if road.edges is None:
         return nothing, nothing
     s, *sides = road.edges.table
-    near = (s > float(np.min(s_m)) - _NEAR_M) & (s < float(np.max(s_m)) + _NEAR_M)
+    reach_m = _REACHES * math.hypot(vehicle.length_m, vehicle.width_m)
+    near = (s > float(np.min(s_m)) - reach_m) & (s < float(np.max(s_m)) + reach_m)
     found = []
     kappa = road.curvature_at(s_m)[..., None]
     for side in sides:
@@ -48,5 +51,5 @@ def knots_inside(s_m: Array, d_m: Array, psi_rad: Array, vehicle: Vehicle, road:
         c, n = np.cos(psi_rad)[..., None], np.sin(psi_rad)[..., None]
         x, y = c * ahead + n * aside, c * aside - n * ahead
         depth = np.minimum(0.5 * vehicle.length_m - np.abs(x), 0.5 * vehicle.width_m - np.abs(y))
-        found.append(depth.max(axis=-1, initial=-np.inf))
+        found.append(np.where(np.abs(ds) < reach_m, depth, -np.inf).max(axis=-1, initial=-np.inf))
     return found[0], found[1]

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.geometry.edges import knots_inside
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.simulation.contact import surroundings
@@ -87,3 +89,13 @@ def test_who_is_folded_back_onto_a_bend_is_off_the_road_whatever_else_is_wrong()
     closed = Lane(lane=1, closed_m=((20.0, 30.0),))
     road = Road(lanes_left=1, shoulder_left_m=10.0, shoulder_right_m=10.0, curvature=((0.0, 0.05),), lanes=(closed,))
     assert names(drive.verdict(road=road)) == ["start position", "left road edge"] == names(drive.verdict(road=replace(road, lanes=())))
+
+
+def test_an_edge_far_ahead_is_in_no_body_in_a_bend() -> None:
+    """Where the road bends tightly, an edge elsewhere may lie as far aside as the bend's centre does here."""
+    bend = ((0.0, 0.0), (4.0, 0.0), (8.0, 0.154), (14.0, 0.154), (20.0, 0.0))
+    lanes = (Lane(lane=1, width_m=((40.0, 0.0), (60.0, 4.9), (62.0, 4.95), (64.0, 4.93))),)
+    road = Road(lane_width_m=3.5, lanes_left=1, lanes_right=0, lanes=lanes, curvature=bend)
+    s = np.arange(8.0, 47.0, 0.2)
+    left, right = knots_inside(s, np.full(s.size, 0.2), np.full(s.size, -0.1), Vehicle(), road)
+    assert max(left.max(), right.max()) <= 0.0
