@@ -38,12 +38,6 @@ class Edges:
         s, left, right = self.table
         return Edges(np.array([s - s_m, left, right]))
 
-    def narrowest(self, low_m: float, high_m: float) -> tuple[float, float]:
-        """The least left edge and the greatest right edge between two places."""
-        s = self.table[0]
-        places = np.concatenate([[low_m], s[(s > low_m) & (s < high_m)], [high_m]])
-        return float(self.left(places).min()), float(self.right(places).max())
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaneBorders:

@@ -30,7 +30,7 @@ FUNCTIONS = {
     "mcdas_correct": "pdddp",
     "mcdas_cost": "pdddpddd>d",
     "mcdas_fixes": "laaddlplpp",
-    "mcdas_conservative_accept": "alaaallplpww>i",
+    "mcdas_conservative_accept": "alaaallplpalww>i",
     "mcdas_sharpest": "a" + 8 * "d" + ">d",
     **_FAMILY,
     **{f"{name}_any_length": signature for name, signature in _FAMILY.items()},

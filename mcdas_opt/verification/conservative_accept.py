@@ -26,8 +26,6 @@ from mcdas_opt.verification.tolerances import CONTRACT
 
 _as_a_row = attrgetter(*MOVING, "length_m", "width_m")
 _UNKNOWN = (math.nan,) * (len(MOVING) + 2)
-_EDGES = slice(12, 14)  # where `Rules` has left and right
-_PAD_M = 20.0  # before and behind the body's centre
 _HALF_STEPS = 10  # in a sample interval, at most
 
 
@@ -39,15 +37,12 @@ def doubtful_bodies(
 
     `compiled` is the native library; `rules` from `rules_of`, `bodies` from `rows_of`.
     """
-    if frame.road.edges is not None:  # as if the road were all along as it is where it is narrowest
-        s = table[1]
-        rules = rules.copy()
-        rules[_EDGES] = frame.road.edges.narrowest(float(s.min()) - _PAD_M, float(s.max()) + _PAD_M)
+    edges = (None, 0) if frame.road.edges is None else (frame.road.edges.table, frame.road.edges.table.shape[1])
     n, many = table.shape[1], len(bodies)
     work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))  # of each call: threads may judge at once
     doubtful = np.empty(many, dtype=np.int64)
     begun = None if start is None else start.to_vector().copy()
-    found = compiled.mcdas_conservative_accept(table, n, begun, rules, bodies, many, *frame.addresses(), work, doubtful)
+    found = compiled.mcdas_conservative_accept(table, n, begun, rules, bodies, many, *frame.addresses(), *edges, work, doubtful)
     left: list[int] = doubtful[: max(found, 0)].tolist()
     return None if found < 0 else left
 

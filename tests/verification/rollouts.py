@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.prediction import BodyMotion, KnownBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.verification.judge import judge
@@ -20,7 +22,8 @@ from mcdas_opt.verification.judge import judge
 SEDAN = Vehicle()
 NOBODY = Prediction(name="nobody")
 WIDE = Road(shoulder_left_m=80.0, shoulder_right_m=80.0)
-WIDE_CURVED = Road(shoulder_left_m=60.0, shoulder_right_m=60.0, curvature=((0.0, 0.0), (30.0, 0.012), (60.0, -0.01), (140.0, 0.008)))
+BENDS = [((0.0, 0.0),), ((0.0, 0.0), (30.0, 0.012), (60.0, -0.01), (140.0, 0.008))]
+WIDE_CURVED = Road(shoulder_left_m=60.0, shoulder_right_m=60.0, curvature=BENDS[1])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,3 +119,18 @@ def straight_on(speed=20.0, duration_s=3.0, road=WIDE, vehicle=SEDAN, step_s=0.1
     x[:, 0], x[:, 3] = speed * t, speed
     trajectory = Trajectory.from_states(t, x, np.zeros((t.size - 1, 2)))
     return Drive(trajectory=trajectory, start=HostState(speed_mps=speed), vehicle=vehicle, road=road)
+
+
+def changing(seed: int, bend: tuple[tuple[float, float], ...]) -> Road:
+    """A wide road that loses lanes to both sides within the drive."""
+    rng = np.random.default_rng(seed)
+    width = float(rng.uniform(6.0, 9.0))
+    lanes = []
+    for lane in (-1, 1):
+        begin = float(rng.uniform(0.0, 40.0))
+        if rng.random() < 0.5:
+            lanes.append(Lane(lane=lane, width_m=((begin, width), (begin + float(rng.uniform(5.0, 40.0)), 0.0))))
+        else:
+            lanes.append(Lane(lane=lane, closed_m=((begin, begin + float(rng.uniform(1.0, 30.0))),)))
+    lanes.append(Lane(lane=0, width_m=((10.0, width), (50.0, float(rng.uniform(2.5, width)))), merges=list(Side)[int(rng.integers(3))]))
+    return Road(lane_width_m=width, lanes_left=1, lanes_right=1, lanes=tuple(lanes), curvature=bend)

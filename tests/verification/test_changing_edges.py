@@ -13,29 +13,11 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.geometry.edges import knots_inside
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.simulation.contact import surroundings
-from tests.verification.rollouts import legal, names, straight_on
-
-BENDS = [((0.0, 0.0),), ((0.0, 0.0), (30.0, 0.012), (60.0, -0.01), (140.0, 0.008))]
-
-
-def changing(seed: int, bend: tuple[tuple[float, float], ...]) -> Road:
-    """A wide road that loses lanes to both sides within the drive."""
-    rng = np.random.default_rng(seed)
-    width = float(rng.uniform(6.0, 9.0))
-    lanes = []
-    for lane in (-1, 1):
-        begin = float(rng.uniform(0.0, 40.0))
-        if rng.random() < 0.5:
-            lanes.append(Lane(lane=lane, width_m=((begin, width), (begin + float(rng.uniform(5.0, 40.0)), 0.0))))
-        else:
-            lanes.append(Lane(lane=lane, closed_m=((begin, begin + float(rng.uniform(1.0, 30.0))),)))
-    lanes.append(Lane(lane=0, width_m=((10.0, width), (50.0, float(rng.uniform(2.5, width)))), merges=list(Side)[int(rng.integers(3))]))
-    return Road(lane_width_m=width, lanes_left=1, lanes_right=1, lanes=tuple(lanes), curvature=bend)
+from tests.verification.rollouts import BENDS, changing, legal, names, straight_on
 
 
 @settings(max_examples=60, deadline=None)

@@ -16,7 +16,7 @@ from mcdas_opt.native.form import SWITCH
 from mcdas_opt.native.library import library
 from mcdas_opt.verification import judge as judging
 from mcdas_opt.verification.conservative_accept import doubtful_bodies, rows_of, rules_of
-from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, cruising, legal
+from tests.verification.rollouts import BENDS, WIDE, WIDE_CURVED, Drive, changing, cruising, legal
 
 TURN = Road(shoulder_left_m=3.0, shoulder_right_m=3.0, curvature=((0.0, 0.0), (15.0, 0.0), (21.0, 0.06), (29.0, 0.06), (35.0, 0.0)))
 seeds = st.integers(0, 10**9)
@@ -109,6 +109,33 @@ def test_nor_is_the_road_left(road, seed, share):
     narrow = replace(road, shoulder_left_m=reach, shoulder_right_m=reach, road_end_s_m=float(drive.trajectory.s_m[-1]) + 4.0 * share)
     drive = replace(drive, road=narrow)
     assert not accepted(drive) or examined(drive)
+
+
+def between_changing_edges(seed: int, bend: tuple[tuple[float, float], ...]) -> Drive | None:
+    """A drive in the plane, on a road whose edges change about where it goes; None where it comes near a bend's centre."""
+    drive = legal(seed, replace(WIDE, shoulder_left_m=10.0, shoulder_right_m=10.0, curvature=bend))
+    sharpest = max(abs(kappa) for _, kappa in bend)
+    if sharpest * (float(np.abs(drive.trajectory.d_m).max()) + 3.0) > 0.8:
+        return None
+    return replace(drive, road=changing(seed, bend))
+
+
+@settings(max_examples=150, deadline=None)
+@given(seed=seeds)
+@pytest.mark.parametrize("bend", [*BENDS, TURN.curvature], ids=["straight", "curved", "turn"])
+def test_nor_is_it_between_edges_that_change(bend: tuple[tuple[float, float], ...], seed: int) -> None:
+    drive = between_changing_edges(seed, bend)
+    assume(drive is not None)
+    assert drive is not None
+    assert not accepted(drive) or examined(drive)
+
+
+@pytest.mark.parametrize("bend", [*BENDS, TURN.curvature], ids=["straight", "curved", "turn"])
+def test_what_passes_between_edges_that_change_is_nearly_always_accepted(bend: tuple[tuple[float, float], ...]) -> None:
+    drives = [drive for seed in range(150) if (drive := between_changing_edges(seed, bend)) is not None]
+    passing = [drive for drive in drives if examined(drive)]
+    assert 20 < len(passing) < len(drives)
+    assert sum(map(accepted, passing)) >= 0.95 * len(passing)
 
 
 @both_roads

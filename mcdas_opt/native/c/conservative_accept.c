@@ -4,6 +4,7 @@
  * Every limit is kept with CERTAINLY to spare, which is more than rounding, and bodies must be apart by CLEAR on an axis that stands
  * still for the step: what is accepted here, the array operations find nothing against. All the rest is theirs to examine.
  * The equations of motion are written out again, as in `dynamics.bicycle`. */
+#include "edges.h"
 #include "frenet.h"
 
 #ifdef VECTOR_MATH
@@ -14,6 +15,7 @@ double tan(double) OF_VECTORS;
 
 #define CERTAINLY 1e-9
 #define CLEAR 0.05
+#define FOUND 1e-6 /* of a corner's foot, which is sought: more than what two ways to seek it differ by */
 #define FAR 0.001  /* besides, of what is looked at no closer: more than rounding of a place */
 #define MOST_STEPS 5
 #define MOST_FINE 16  /* more than 2 MOST_STEPS + 1, and whole vectors: what lies behind an interval's last fine time repeats that */
@@ -188,64 +190,147 @@ static int followed(const double *table, whole n, const Frame *frame, const Rule
     return within(length_of(run.x, run.y), rule->end_position) && within(fabs(wrapped(here[2] - run.yaw)), rule->end_heading);
 }
 
-static int last_sample_and_inputs(const double *table, whole n, const Rules *rule)
+/* the road's edges where they are narrowest between two places */
+static void narrowest(const Edges *edges, const Rules *rule, double low, double high, double *left, double *right)
+{
+    *left = rule->left, *right = rule->right;
+    if (!edges->count) return;
+    const whole count = edges->count;
+    const double *at = edges->table, *lefts = at + count, *rights = lefts + count, ends[2] = {low, high};
+    *left = HUGE_VAL, *right = -HUGE_VAL;
+    for (int i = 0; i < 2; i++) {
+        const whole k = knot_before(ends[i], count, at);
+        *left = LESSER(*left, value_behind(k, ends[i], count, at, lefts));
+        *right = GREATER(*right, value_behind(k, ends[i], count, at, rights));
+    }
+    for (whole k = knot_before(low, count, at); k < count && at[k] < high; k++) {
+        if (at[k] <= low) continue;
+        *left = LESSER(*left, lefts[k]);
+        *right = GREATER(*right, rights[k]);
+    }
+}
+
+static int last_sample_and_inputs(const double *table, whole n, const Edges *edges, const Rules *rule)
 {
     const double more = 1.0 + rule->limit;
     const double across = table[V * n + n - 1] * table[V * n + n - 1] * tan(table[DELTA * n + n - 1]) / rule->wheelbase;
     for (whole k = 0; k < n; k++) {
+        double left, right;
         if (!between(table[JERK * n + k], rule->jerk_min * more, rule->jerk_max * more)) return 0;
         if (!within(fabs(table[RATE * n + k]), rule->rate_max * more)) return 0;
-        if (!between(table[D * n + k], rule->right - rule->edge, rule->left + rule->edge)) return 0;
+        narrowest(edges, rule, table[S * n + k], table[S * n + k], &left, &right);
+        if (!between(table[D * n + k], right - rule->edge, left + rule->edge)) return 0;
     }
     return between(table[V * n + n - 1], -rule->reverse, rule->top * more)
         && between(table[A * n + n - 1], rule->slowest * more, rule->fastest * more)
         && within(fabs(table[DELTA * n + n - 1]), rule->steering_max * more) && within(length_of(table[A * n + n - 1], across), rule->grip);
 }
 
-/* How far a corner may be beside where it would be were the road straight on from the centre's foot, between two samples. On the way to
- * it, x along the tangent, its foot moves by at most x / least, least = 1 - kappa d (a road keeps it above 0.1), and the road's heading by
- * kappa times that: kappa x^2 / (2 least), with the sharpest curvature of the frame's piece and of what is passed. */
-static double bent_by(const Frame *frame, const double *table, whole n, whole k, double radius)
+/* the sharpest bends to the left and to the right between two places, 0 where there is none */
+typedef struct {
+    double left, right;
+} Bends;
+
+static Bends bends_between(const Frame *frame, double low, double high)
+{
+    const double first = road_curvature(frame, low), last = road_curvature(frame, high);
+    Bends most = {GREATER(GREATER(first, last), 0.0), GREATER(GREATER(-first, -last), 0.0)};
+    for (whole i = knot_before(low, frame->knots, frame->at); i < frame->knots && frame->at[i] < high; i++)
+        if (frame->at[i] > low) {
+            most.left = GREATER(most.left, frame->kappa[i]);
+            most.right = GREATER(most.right, -frame->kappa[i]);
+        }
+    return most;
+}
+
+/* How far corners may be to the right of where they would be were the road straight on from the centre's foot, between two samples, where it
+ * bends to the left, and to the left where it bends to the right; and, in `along`, how far along the road their feet may be from that. On the
+ * way to a corner, x along the tangent, its foot moves by at most x / least, least = 1 - kappa d (a road keeps it above 0.1), and the road's
+ * heading by kappa times that: kappa x^2 / (2 least), with the sharpest curvature of what is passed. */
+static Bends bent_by(const Frame *frame, const double *table, whole n, whole k, double radius, double *along)
 {
     const whole next = k + 1 < n ? k + 1 : k;
     const double aside = GREATER(fabs(table[D * n + k]), fabs(table[D * n + next])) + 1.5 * radius;
-    double sharpest = 0.0, least, low, high, most;
-    for (whole i = 0; i < frame->knots; i++) sharpest = GREATER(sharpest, fabs(frame->kappa[i]));
-    least = GREATER(1.0 - sharpest * aside, 0.1);
-    low = LESSER(table[S * n + k], table[S * n + next]) - radius / least;
-    high = GREATER(table[S * n + k], table[S * n + next]) + radius / least;
-    most = GREATER(fabs(road_curvature(frame, low)), fabs(road_curvature(frame, high)));
-    for (whole i = 0; i < frame->knots; i++)
-        if (frame->at[i] > low && frame->at[i] < high) most = GREATER(most, fabs(frame->kappa[i]));
-    return most * radius * radius / (2.0 * least);
+    const double low = LESSER(table[S * n + k], table[S * n + next]), high = GREATER(table[S * n + k], table[S * n + next]);
+    const Bends around = bends_between(frame, low - 10.0 * radius, high + 10.0 * radius);
+    const double least = GREATER(1.0 - GREATER(around.left, around.right) * aside, 0.1), share = radius * radius / (2.0 * least);
+    Bends most;
+    *along = radius / least;
+    most = bends_between(frame, low - *along, high + *along);
+    most.left *= share;
+    most.right *= share;
+    return most;
 }
 
-/* every corner inside the edges and before the end; on a curved road by an estimate that errs to the safe side */
-static int on_road(const double *table, whole n, const Frame *frame, const Rules *rule, int steps, const double *node, whole stride)
+/* the foot s of (x, y) on the road, and its d, sought from a guess; 0 where the line is not tabulated so far, or it is not found */
+static int foot_of(const Frame *frame, double x, double y, double guess, double *s, double *d)
 {
-    const double radius = 0.5 * length_of(rule->length, rule->width);
+    *s = frame->samples ? guess : x;
+    *d = y;
+    for (int i = 0; i < 12 && frame->samples; i++) {
+        double px, py, theta, along;
+        if (!to_plane(frame, *s, 0.0, 0.0, &px, &py, &theta)) return 0;
+        along = (x - px) * cos(theta) + (y - py) * sin(theta);
+        *d = (y - py) * cos(theta) - (x - px) * sin(theta);
+        if (fabs(along) < CERTAINLY) return 1;
+        *s += along / GREATER(1.0 - *d * road_curvature(frame, *s), 0.1);
+    }
+    return !frame->samples;
+}
+
+/* a body on the road, as `surface._between_changing_edges` has it: each corner between the edges where it is, none beyond the end, and
+ * no knot of an edge in the body; its centre is at (x, y), turned by yaw, with its foot at (s, d) */
+static int stands_on_road(const Frame *frame, const Edges *edges, const Rules *rule, double x, double y, double yaw, double s, double d)
+{
+    const double c = cos(yaw), q = sin(yaw), *at = edges->table;
+    const double psi = frame->samples ? yaw - road_heading(frame, s) : yaw, kappa = frame->samples ? road_curvature(frame, s) : 0.0;
+    const double slack = rule->edge - FOUND, reach = 5.0 * length_of(rule->length, rule->width); /* a road keeps 1 - kappa d above 0.1 */
+    for (int corner = 0; corner < 4; corner++) {
+        const double ahead = (corner & 1 ? -0.5 : 0.5) * rule->length, aside = (corner & 2 ? -0.5 : 0.5) * rule->width;
+        double foot, offset, left, right;
+        if (!foot_of(frame, x + c * ahead - q * aside, y + q * ahead + c * aside, s + ahead, &foot, &offset)) return 0;
+        narrowest(edges, rule, foot, foot, &left, &right);
+        if (!(offset <= left + slack && offset >= right - slack && foot <= rule->end + slack)) return 0;
+    }
+    for (whole i = 0; i < 2 * edges->count; i++) {
+        const double ds = at[i % edges->count] - s, side = at[edges->count + i], bend = 1.0 - kappa * side;
+        const double ahead = ds * bend, aside = side - d + 0.5 * kappa * ds * ds * bend;
+        const double in_length = 0.5 * rule->length - fabs(cos(psi) * ahead + sin(psi) * aside);
+        const double in_width = 0.5 * rule->width - fabs(cos(psi) * aside - sin(psi) * ahead);
+        if (fabs(ds) < reach && in_length > slack && in_width > slack) return 0;
+    }
+    return 1;
+}
+
+/* Every corner inside the edges, where they are narrowest beside the body between two samples, and before the end. By an estimate
+ * that errs to the safe side, and by the corners' own feet where that is not enough. */
+static int on_road(const double *table, whole n, const Frame *frame, const Edges *edges, const Rules *rule, int steps, const double *node,
+                   whole stride)
+{
+    const double radius = 0.5 * length_of(rule->length, rule->width), slack = frame->samples ? 0.0 : rule->edge;
     for (whole k = 0, i = 0; k < n; k++) {
-        const double bent = frame->samples ? bent_by(frame, table, n, k, radius) + rule->edge_doubt : 0.0;
+        double along = radius, left, right;
+        const Bends bent = frame->samples ? bent_by(frame, table, n, k, radius, &along) : (Bends){0.0, 0.0};
+        const double here = table[S * n + k], next = k + 1 < n ? table[S * n + k + 1] : here;
+        along += rule->edge_doubt;
+        narrowest(edges, rule, LESSER(here, next) - along, GREATER(here, next) + along, &left, &right);
+        if (frame->samples) left -= bent.right + rule->edge_doubt, right += bent.left + rule->edge_doubt;
         for (int j = 0; j < steps && i < stride; j++, i += 2) {
-            const double share = (double)j / steps;
-            double s = node[i], d = node[stride + i], psi = node[2 * stride + i], c, q, ahead, aside;
+            const double share = (double)j / steps, x = node[i], y = node[stride + i], yaw = node[2 * stride + i];
+            double s = x, d = y, psi = yaw, c, q, ahead, aside;
             if (frame->samples) {
-                s = k + 1 < n ? table[S * n + k] + (table[S * n + k + 1] - table[S * n + k]) * share : table[S * n + k];
+                s = here + (next - here) * share;
                 d = k + 1 < n ? table[D * n + k] + (table[D * n + k + 1] - table[D * n + k]) * share : table[D * n + k];
                 psi -= road_heading(frame, s);
             }
             q = fabs(psi);  /* not less than its sine: what is on the road by this and a cosine of 1 is so */
-            if (q < 0.5 && within(fabs(d) + 0.5 * (rule->length * q + rule->width), LESSER(rule->left - bent, -rule->right - bent))
+            if (q < 0.5 && within(fabs(d) + 0.5 * (rule->length * q + rule->width), LESSER(left, -right))
                 && within(s + (frame->samples ? 10.0 * radius : 0.5 * (rule->length + rule->width * q)), rule->end)) continue;
             c = fabs(cos(psi)), q = fabs(sin(psi));
             ahead = 0.5 * (rule->length * c + rule->width * q), aside = 0.5 * (rule->length * q + rule->width * c);
-            if (frame->samples) {
-                if (!between(d - aside, rule->right + bent, HUGE_VAL) || !within(d + aside, rule->left - bent)) return 0;
-                if (!within(s + 10.0 * radius, rule->end)) return 0;
-            } else {
-                if (!between(d - aside, rule->right - rule->edge, HUGE_VAL) || !within(d + aside, rule->left + rule->edge)) return 0;
-                if (!within(s + ahead, rule->end + rule->edge)) return 0;
-            }
+            if (frame->samples) ahead = 10.0 * radius;
+            if (between(d - aside, right - slack, HUGE_VAL) && within(d + aside, left + slack) && within(s + ahead, rule->end + slack)) continue;
+            if (!stands_on_road(frame, edges, rule, x, y, yaw, s, d)) return 0;
         }
     }
     return 1;
@@ -338,14 +423,15 @@ static int apart(const double *body, const double *table, whole n, const Frame *
     return 1;
 }
 
-/* table (9, n) of a trajectory; start (6) or none; bodies (count, OF_BODY); work (4, 2 MOST_STEPS (n - 1) + 1).
- * How many bodies are not apart from it for sure, and in doubtful (count) which; -1 where something else may be wrong with it */
+/* table (9, n) of a trajectory; start (6) or none; bodies (count, OF_BODY); edge_table (3, edge_knots), or none: the rules' edges;
+ * work (4, 2 MOST_STEPS (n - 1) + 1). How many bodies are not apart from it for sure, and in doubtful (count) which; -1 where something else may be wrong with it */
 PUBLIC int mcdas_conservative_accept(const double *table, whole n, const double *start, const double *rules, const double *bodies,
-                                     whole count, whole samples, const double *line, whole knots, const double *bends, double *work,
-                                     whole *doubtful)
+                                     whole count, whole samples, const double *line, whole knots, const double *bends, const double *edge_table,
+                                     whole edge_knots, double *work, whole *doubtful)
 {
     Rules rule;
     const Frame frame = frame_of(samples, line, knots, bends);
+    const Edges edges = {edge_table, edge_knots};
     double longest = 0.0;
     whole stride;
     int steps, open = 0;
@@ -355,8 +441,8 @@ PUBLIC int mcdas_conservative_accept(const double *table, whole n, const double 
     steps = (int)ceil(longest / rule.fine_step - 1e-6);
     steps = steps < 1 ? 1 : steps > MOST_STEPS ? MOST_STEPS : steps;
     stride = 2 * steps * (n - 1) + 1;
-    if (!last_sample_and_inputs(table, n, &rule) || !followed(table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return -1;
-    if (!on_road(table, n, &frame, &rule, steps, work, stride)) return -1;
+    if (!last_sample_and_inputs(table, n, &edges, &rule) || !followed(table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return -1;
+    if (!on_road(table, n, &frame, &edges, &rule, steps, work, stride)) return -1;
     for (whole i = 0; i < count; i++)
         if (!apart(bodies + OF_BODY * i, table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) doubtful[open++] = i;
     return open;
