@@ -79,9 +79,8 @@ def test_nothing_to_read_is_a_null_pointer() -> None:
     compiled = library.library()
     assert compiled is not None
     table, rules, work = np.full((9, 2), np.nan), np.zeros(60), np.zeros((4, 11))
-    assert (
-        compiled.mcdas_conservative_accept(table, 2, None, rules, np.zeros((0, 10)), 0, 0, 0, 0, 0, work, np.zeros(0, dtype=np.int64)) == -1
-    )
+    nobody, no_road, doubtful = np.zeros((0, 10)), (0, 0, 0, 0), np.zeros(0, dtype=np.int64)
+    assert compiled.mcdas_conservative_accept(table, 2, None, rules, nobody, 0, *no_road, None, 0, work, doubtful) == -1
 
 
 def test_the_library_is_there_once_and_not_where_it_is_forbidden(monkeypatch: pytest.MonkeyPatch) -> None:
