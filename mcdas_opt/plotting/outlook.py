@@ -17,7 +17,7 @@ from mcdas_opt.plotting import style
 from mcdas_opt.plotting.moments import HOST, Moment, Shown, View, aside, lane_colours
 from mcdas_opt.plotting.plane import Ground, chart, rounded, view_document
 from mcdas_opt.plotting.words import because, doing, judged, passed, sentence
-from mcdas_opt.simulation.contact import surroundings
+from mcdas_opt.simulation.contact import clearances
 from mcdas_opt.tracking.prediction import predict
 
 _BEHIND_M, _AHEAD_M = 130.0, 330.0  # of road around the host
@@ -125,8 +125,7 @@ class Outlook:
         if self.bodies and finite.all():
             motions = tuple(body.at(x.t_s) for body in self.bodies)
             sizes = tuple((body.length_m, body.width_m) for body in self.bodies)
-            around = surroundings(x.states, motions, sizes, self.vehicle, self.situation.road)
-            clearance = np.where(around.touching, 0.0, around.clearance_m).min(axis=0)
+            clearance = clearances(x.states, (0,), motions, sizes, self.vehicle, self.situation.road)
         return {"speed": x.speed_mps, "acceleration": x.acceleration_mps2, "lateral": lateral, "clearance": clearance}
 
     def charts(self) -> list[dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,11 +25,10 @@ _SURELY_M = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """At each of n instants: the distance to each of N neighbours (N, n) [m], whether they touch (N, n), and how far a corner of the
-    host is beyond the road's edge or end (n,) [m], negative inside."""
+    """At each of n instants: whether each of N neighbours touches the host (N, n), and how far a corner of the host is beyond the road's
+    edge or end (n,) [m], negative inside."""
 
-    clearance_m: Array
-    touching: Array
+    touching: NDArray[np.bool_]
     beyond_edge_m: Array
 
 
@@ -37,23 +37,25 @@ def surroundings(
 ) -> Surroundings:
     """Of the host's states (n, 6) against neighbours that move over the same n instants.
 
-    Distances are those of the bodies in the plane, on a curved road too; there, somebody more than `REACH_M` away counts with the distance
-    along the road, and nobody more than `TOUCH_WITHIN_M` away along the road touches (a ramp may pass over itself).
+    Bodies touch in the plane, on a curved road too; nobody more than `TOUCH_WITHIN_M` away along the road touches (a ramp may pass over
+    itself), nor more than `REACH_M` on a curved one.
     """
-    s, d, psi = host[:, 0], host[:, 1], host[:, 2]
+    s = host[:, 0]
     frame = frame_near(road, float(s[0]))
-    own = corners(*frame.to_plane(s, d, psi), vehicle.length_m, vehicle.width_m)
+    x, y, yaw = frame.to_plane(s, host[:, 1], host[:, 2])
+    own = corners(x, y, yaw, vehicle.length_m, vehicle.width_m)
     places = np.array([(motion.s_m, motion.d_m, motion.heading_rad) for motion in neighbours]).reshape(-1, 3, len(s)).swapaxes(0, 1)
     lengths, widths = np.array(sizes).reshape(-1, 2).T
     apart = np.abs(places[0] - s)
-    clearance = apart - 0.5 * (lengths[:, None] + vehicle.length_m)
-    touching = np.zeros(apart.shape, dtype=bool)
-    near = _is_near(apart, road)
-    who, when = np.nonzero(near)
-    others, mine = corners(*frame.to_plane(*places[:, who, when]), lengths[who], widths[who]), own[when]
-    clearance[near] = distance(mine, others)
-    touching[near] = (separation(mine, others) <= 0.0) & (apart[near] < TOUCH_WITHIN_M)
-    return Surroundings(clearance_m=clearance, touching=touching, beyond_edge_m=_beyond_edge(own, host, vehicle, road))
+    who, when = np.nonzero(_is_near(apart, road) & (apart < TOUCH_WITHIN_M))
+    other_x, other_y, other_yaw = frame.to_plane(*places[:, who, when])
+    reach = 0.5 * (np.hypot(lengths, widths) + math.hypot(vehicle.length_m, vehicle.width_m)) + _SURELY_M
+    close = np.hypot(other_x - x[when], other_y - y[when]) <= reach[who]
+    who, when = who[close], when[close]
+    others = corners(other_x[close], other_y[close], other_yaw[close], lengths[who], widths[who])
+    touching = np.zeros(apart.shape, dtype=np.bool_)
+    touching[who, when] = separation(own[when], others) <= 0.0
+    return Surroundings(touching=touching, beyond_edge_m=_beyond_edge(own, host, vehicle, road))
 
 
 def is_free(host: Array, neighbours: tuple[BodyMotion, ...], sizes: tuple[tuple[float, float], ...], vehicle: Vehicle, road: Road) -> bool:
@@ -89,8 +91,9 @@ def clearances(
 ) -> Array:
     """Distance to the nearest of the neighbours (n,) over a drive whose turns began at the instants `turns`, infinite without anybody.
 
-    A turn's instants, but for its first, are measured in the piece of road around where it began, as `surroundings` does; the drive's
-    first instant belongs to its first turn.
+    Distances are those of the bodies in the plane; on a curved road somebody more than `REACH_M` away counts with the distance along it. A
+    turn's instants, but for its first, are measured in the piece of road around where it began, as `surroundings` does; the drive's first
+    instant belongs to its first turn.
     """
     nearest = np.full(len(host), np.inf)
     pieces: list[tuple[FrenetFrame, int]] = []

@@ -43,6 +43,21 @@ def test_who_is_free_touches_nobody_and_is_on_the_road(seed: int, bent: bool) ->
     assert not (is_free(states, others, SIZES, CAR, road) and ends)
 
 
+@given(seed=st.integers(0, 10_000), bent=st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_who_touches_is_at_no_distance_and_nobody_else(seed: int, bent: bool) -> None:
+    states, others = driven(seed, 40)
+    road = BENT if bent else STRAIGHT
+    touching = surroundings(states, others, SIZES, CAR, road).touching
+    for i, other in enumerate(others):
+        alone = clearances(states, [0], (other,), SIZES[i : i + 1], CAR, road)
+        assert np.array_equal(touching[i], alone == 0.0)
+
+
+def test_many_of_those_who_wander_touch() -> None:
+    assert sum(bool(surroundings(*driven(seed, 40), SIZES, CAR, STRAIGHT).touching.any()) for seed in range(100)) > 10
+
+
 def test_most_ordinary_turns_are_free_at_a_glance() -> None:
     found = [is_free(*driven(seed, 10), SIZES, CAR, STRAIGHT) for seed in range(200)]
     touching = [surroundings(*driven(seed, 10), SIZES, CAR, STRAIGHT) for seed in range(200)]
@@ -59,7 +74,7 @@ def test_clearances_of_a_drive_are_those_of_its_turns(seed: int, bent: bool) -> 
     for first in turns:
         part = slice(first, first + 11)
         cut = _cut(others, part)
-        each = surroundings(states[part], cut, SIZES, CAR, road).clearance_m.min(axis=0)
+        each = clearances(states[part], [0], cut, SIZES, CAR, road)
         begin = 0 if first == 0 else 1
         assert np.array_equal(whole[first + begin : first + 11], each[begin:])
 

@@ -131,7 +131,7 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def _roll(self, asked: Array) -> tuple[Array, float]:
         """The plant and the traffic through one cycle: the host's states (n + 1, 6) and its largest lateral acceleration."""
-        vehicle, road = self._drawn.vehicle, self._drawn.true_road
+        vehicle, road = self._drawn.vehicle, self._traffic.road
         first = self._car.state
         limit = vehicle.acceleration_max_mps2 if asked[0] > 0.0 else -vehicle.acceleration_min_mps2
         acceleration = float(asked[0]) * limit
@@ -154,14 +154,14 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
     def _check(self, host: Array) -> None:
         times = step_times(self._steps * (len(host) - 1), len(host))
         others = self._traffic.motions(times)
-        around = surroundings(host, others, self._traffic.sizes, self._drawn.vehicle, self._drawn.true_road)
+        around = surroundings(host, others, self._traffic.sizes, self._drawn.vehicle, self._traffic.road)
         if around.touching.any():
             self._outcome = Outcome.COLLISION
         elif np.any(around.beyond_edge_m > EDGE_SLACK_M):
             self._outcome = Outcome.LEFT_ROAD
 
     def _observation(self) -> Observation:
-        host, road = self._car.state, self._drawn.true_road
+        host, road = self._car.state, self._traffic.road
         own = [host.d_m, host.heading_rad, host.speed_mps, host.acceleration_mps2, host.steering_rad]
         own += [road.left_edge_m - host.d_m, host.d_m - road.right_edge_m]
         along, across = host.speed_mps * math.cos(host.heading_rad), host.speed_mps * math.sin(host.heading_rad)
