@@ -55,7 +55,7 @@ def times_to_collision(
     lane = road.lanes_of(d, s)
     least = [np.inf, np.inf]
     for motion, (length, width) in zip(neighbours, sizes, strict=True):
-        sharing = (np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m)) | (road.lanes_of(motion.d_m, motion.s_m) == lane)
+        sharing = (np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m)) | road.are_in(lane, motion.d_m, motion.s_m)
         gap = np.abs(motion.s_m - s) - 0.5 * (length + vehicle.length_m)
         ahead = motion.s_m > s
         closing = np.where(ahead, speed - motion.speed_s_mps, motion.speed_s_mps - speed)
