@@ -281,34 +281,53 @@ def _moved(body: PredictedBody, s_m: float) -> PredictedBody:
 
 
 def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:
-    """Every body's motion at these times (n,), as rows (J, n) of one motion."""
+    """Every body's motion at these times (n,), as rows (J, n) of one motion; of those who cruise in one go."""
     if bodies and all_cruise(bodies):
-        beginnings = [_beginning(body) for body in bodies]
-        s, d, along, across, fade, swell, rate, until, response, braking = np.array(beginnings, dtype=np.float64).T[:, :, None]
-        nobody_swells, nobody_changes = (not any(one[i] for one in beginnings) for i in (_SWELL, _RATE))
-        kinds = 0.0 if nobody_swells else swell, 0.0 if nobody_changes else rate
-        late = math.inf if all(one[_RESPONSE] == math.inf for one in beginnings) else response
-        return _cruise(s, d, along, across, fade, *kinds, until, late, braking, t=t_s, shape=(len(bodies), t_s.size))
+        return _cruising(bodies, t_s)
     rows = np.empty((5, len(bodies), t_s.size))
+    which, cruise = _who_cruise(bodies)
+    if cruise:
+        rows[:, which] = _columns(_cruising(cruise, t_s))
     for j, body in enumerate(bodies):
-        one = body.at(t_s)
-        rows[:, j] = one.s_m, one.d_m, one.heading_rad, one.speed_s_mps, one.speed_d_mps
+        if not isinstance(body, CruisingBody):
+            rows[:, j] = _columns(body.at(t_s))
     s_m, d_m, heading, speed_s, speed_d = rows
     return BodyMotion(s_m=s_m, d_m=d_m, heading_rad=heading, speed_s_mps=speed_s, speed_d_mps=speed_d)
 
 
+def _who_cruise(bodies: Sequence[PredictedBody]) -> tuple[list[int], list[CruisingBody]]:
+    found = [(j, body) for j, body in enumerate(bodies) if isinstance(body, CruisingBody)]
+    return [j for j, _ in found], [body for _, body in found]
+
+
+def _cruising(bodies: Sequence[CruisingBody], t_s: Array) -> BodyMotion:
+    """The same of bodies, at least one, that move in the one closed form."""
+    beginnings = [_beginning(body) for body in bodies]
+    s, d, along, across, fade, swell, rate, until, response, braking = np.array(beginnings, dtype=np.float64).T[:, :, None]
+    nobody_swells, nobody_changes = (not any(one[i] for one in beginnings) for i in (_SWELL, _RATE))
+    kinds = 0.0 if nobody_swells else swell, 0.0 if nobody_changes else rate
+    late = math.inf if all(one[_RESPONSE] == math.inf for one in beginnings) else response
+    return _cruise(s, d, along, across, fade, *kinds, until, late, braking, t=t_s, shape=(len(bodies), t_s.size))
+
+
 def margins_together(bodies: Sequence[PredictedBody], t_s: Array) -> tuple[Array, Array]:
     """Every body's inflation along and across [m] at these times (n,), as rows (J, n)."""
-    if not bodies or not all_cruise(bodies):
-        of = [(body.margin_along_m(t_s), body.margin_across_m(t_s)) for body in bodies]
-        along, across = np.array(of, dtype=np.float64).reshape(len(of), 2, t_s.size).transpose(1, 0, 2)
-        return along, across
+    margins = np.empty((2, len(bodies), t_s.size))
+    which, cruise = _who_cruise(bodies)
+    if cruise:
+        margins[:, which] = _margins_of_cruising(cruise, t_s)
+    for j, body in enumerate(bodies):
+        if not isinstance(body, CruisingBody):
+            margins[:, j] = body.margin_along_m(t_s), body.margin_across_m(t_s)
+    return margins[0], margins[1]
+
+
+def _margins_of_cruising(bodies: Sequence[CruisingBody], t_s: Array) -> Array:
     settings = np.array([_margin_settings(body) for body in bodies]).T[:, :, None]
     sigmas, growth, caps = settings[0], settings[1], settings[2:]
     places, both, speeds = np.array([body.covariance for body in bodies])[:, _ROWS, _COLUMNS].T.reshape(3, 2, -1, 1)
     t = np.minimum(t_s, growth)
-    along, across = np.minimum(sigmas * np.sqrt(np.maximum(places + 2.0 * t * both + t**2 * speeds, 0.0)), caps)
-    return along, across
+    return np.asarray(np.minimum(sigmas * np.sqrt(np.maximum(places + 2.0 * t * both + t**2 * speeds, 0.0)), caps))
 
 
 def all_cruise(bodies: Sequence[PredictedBody]) -> TypeGuard[Sequence[CruisingBody]]:

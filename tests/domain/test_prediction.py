@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody, responding, responds, together
+from mcdas_opt.domain.prediction import (
+    BodyMotion,
+    CruisingBody,
+    KnownBody,
+    PredictedBody,
+    margins_together,
+    responding,
+    responds,
+    together,
+)
 
 speeds = st.floats(-40.0, 60.0)
 
@@ -112,3 +123,28 @@ def test_the_one_closed_form_responds_as_whoever_moves_otherwise(speed, rate, un
     assert together((free, one), t).part(0) == free.at(t)
     again, also = (responding(body, response_s=1.0, braking_mps2=more) for body in (one, other))
     assert again.at(t) == also.at(t)
+
+
+def test_of_a_mixed_company_everybody_moves_as_alone() -> None:
+    rng, t = np.random.default_rng(3), np.linspace(0.0, 6.0, 31)
+    bodies: list[PredictedBody] = []
+    for k in range(40):
+        covariance = np.diag(rng.uniform(0.0, 0.3, 4))
+        moves = dict(zip(("s_m", "d_m", "speed_s_mps", "speed_d_mps"), rng.uniform(-20.0, 20.0, 4).tolist(), strict=True))
+        body = CruisingBody(id=str(k), length_m=4.5, width_m=1.8, covariance=covariance, **moves)
+        changed: PredictedBody = body
+        if k % 5 == 1:
+            changed = replace(body, lateral_swell=rng.uniform(0.0, 9.0), acceleration_mps2=-3.0, changing_s=2.0)
+        elif k % 5 == 2:
+            changed = responding(body, response_s=1.0, braking_mps2=3.0)
+        elif k % 5 == 3:
+            changed = responding(responding(body, response_s=1.0, braking_mps2=2.0), response_s=0.5, braking_mps2=4.0)
+        elif k % 5 == 4:
+            motion = body.at(t)
+            changed = KnownBody(id=str(k), length_m=4.5, width_m=1.8, motion=lambda _, motion=motion: motion)
+        bodies.append(changed)
+    rows, margins = together(bodies, t), margins_together(bodies, t)
+    for j, one in enumerate(bodies):
+        assert rows.part(j) == one.at(t)
+        assert np.array_equal(margins[0][j], one.margin_along_m(t))
+        assert np.array_equal(margins[1][j], one.margin_across_m(t))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt import load_scene, simulate
 from mcdas_opt.domain.grid import TimeGrid
-from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody, PredictedBody
+from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody, PredictedBody, together
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
 from mcdas_opt.native.form import SWITCH
@@ -50,10 +50,11 @@ def test_all_forms_agree(seed: int, count: int, scripted: bool) -> None:
     if scripted:
         bodies.append(KnownBody(id="scripted", length_m=5.0, width_m=2.0, motion=standing))
     along, across = rng.uniform(0.0, 1.0, 2).tolist()
-    grown = grown_bodies(bodies, TIMES, along, across)
+    heading = together(bodies, TIMES).heading_rad
+    grown = grown_bodies(bodies, TIMES, heading, along, across)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(SWITCH, "0")
-        arrays = grown_bodies(bodies, TIMES, along, across)
+        arrays = grown_bodies(bodies, TIMES, heading, along, across)
     assert grown.shape == (len(bodies), 2, TIMES.size)
     assert grown.tobytes() == np.ascontiguousarray(arrays).tobytes()
     for body, (half_along, half_across) in zip(bodies, grown, strict=True):
@@ -67,7 +68,7 @@ def test_people_are_kept_farther_from_on_every_side(kind: str, kept_m: float) ->
         id="1", s_m=30.0, d_m=-5.0, speed_s_mps=0.0, speed_d_mps=1.4, heading_rad=0.5 * np.pi, length_m=0.4, width_m=0.6, kind=kind
     )
     (body,) = predict((crossing,), road=Road()).bodies
-    ((along, across),) = grown_bodies([body], TIMES, 0.25, 0.25, on_foot_m=1.5)
+    ((along, across),) = grown_bodies([body], TIMES, together([body], TIMES).heading_rad, 0.25, 0.25, on_foot_m=1.5)
     np.testing.assert_allclose(along, 0.3 + kept_m + body.margin_along_m(TIMES))
     np.testing.assert_allclose(across, 0.2 + kept_m + body.margin_across_m(TIMES))
 

@@ -14,15 +14,16 @@ from mcdas_opt.domain.prediction import (
     is_on_foot,
     margins_together,
     sizes_on_road,
-    together,
 )
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.library import library
 
 
-def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float, across_m: float, on_foot_m: float = 0.0) -> Array:
-    """(bodies, 2, n): half of each along and across [m] at these times, with its clearance, who is on foot with `on_foot_m` at least, and
-    its margins.
+def grown_bodies(
+    bodies: Sequence[PredictedBody], times_s: Array, heading_rad: Array, along_m: float, across_m: float, on_foot_m: float = 0.0
+) -> Array:
+    """(bodies, 2, n): half of each along and across [m] at these times, headed like this (J, n), with its clearance, who is on foot with
+    `on_foot_m` at least, and its margins.
 
     In C where there is a compiler and all of them move in the one closed form, with the same bits as the array operations.
     """
@@ -33,7 +34,7 @@ def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float
         compiled.mcdas_grown(len(bodies), times_s.size, np.ascontiguousarray(times_s), numbers, grown)
         return grown
     if any(is_free(body) for body in bodies):  # the box around each, as it is turned then
-        along, across = sizes_on_road(bodies, together(bodies, times_s).heading_rad)
+        along, across = sizes_on_road(bodies, heading_rad)
         least = np.array([[on_foot_m if is_on_foot(body) else 0.0] for body in bodies])
         sizes = np.stack([0.5 * along + np.maximum(along_m, least), 0.5 * across + np.maximum(across_m, least)], axis=1)
     else:

@@ -73,7 +73,8 @@ def obstacle_slots(
     sizes = list(zip(*(size[:, 0].tolist() for size in sizes_on_road(bodies, rows.heading_rad[:, :1])), strict=True))
     across = zip(bodies, rows.speed_d_mps[:, 0].tolist(), strict=True)
     in_no_lane = [body.id in passed or (abs(v) > CROSSING_MPS and is_free(body)) for body, v in across]
-    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m, on_foot_m), first, sizes, in_no_lane)
+    grown = grown_bodies(bodies, times_s, rows.heading_rad, along_m, across_m, on_foot_m)
+    return ObstacleSlots(bodies, rows, grown, first, sizes, in_no_lane)
 
 
 def vacant_values(slots: Iterable[int]) -> dict[str, float]:
