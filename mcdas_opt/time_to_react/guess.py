@@ -178,7 +178,8 @@ class Case:
         return _Needs(*(q[:, steers].reshape(len(q), *shape) for q in (low, high, slack))), motions
 
     def _in_lane(self, anchors: Rows, alone: Motions) -> _Needs:
-        """The same of the members that keep the lane: across, all of them do as the one that keeps its speed, the last rows of `alone`."""
+        """The same of the members that keep the lane: across, all of them do as the one that keeps its speed, the last rows of `alone`; but
+        for who brakes before a bend that is too fast for that one."""
         mine = np.flatnonzero(self.members.kind < SIDEWAYS)
         road, chosen = self.situation.road, self.chosen
         starts = np.repeat(anchors, mine.size)
@@ -197,6 +198,11 @@ class Case:
         effort = np.hypot(level, across)
         left = np.minimum(ability, 1.0 - effort / (chosen.demand.friction * road.friction * GRAVITY_MPS2))
         slack = np.array([np.broadcast_to(edge, level.shape), np.where(acts.reshape(level.shape), left, -1.0), self.comfort_mps2 - effort])
+        brakes = acts.reshape(level.shape) & (level < 0.0) & (slack[1] < 0.0)
+        if not road.is_straight and brakes.any():  # before a bend that is too fast for a car that keeps its speed
+            driven = evasive_motions(rows, GUESS_NODES.times_s, begin, self.vehicle, road, chosen.demand)
+            own = np.array([driven.edge_m, driven.ability, self.comfort_mps2 - driven.demand_mps2]).reshape(slack.shape)
+            slack = np.where(brakes, own, slack)
         return _Needs(low.reshape(len(low), *shape), high.reshape(len(high), *shape), slack)
 
     def sound(self, member: Rows, starts: Rows, nodes: Nodes = EXACT_NODES) -> tuple[NDArray[np.bool_], Array]:

@@ -201,3 +201,22 @@ def test_the_map_is_a_document() -> None:
 def test_settings_cannot_be_born_wrong(record: type, name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=name):
         record(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "speed_mps", "ahead_m"), [(12.0, 12.0, 20.0), (12.0, 16.0, 35.0), (30.0, 22.0, 35.0), (80.0, 30.0, 60.0)]
+)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_who_comes_too_fast_to_a_bend_can_brake_until_about_the_last_moment(
+    radius_m: float, speed_mps: float, ahead_m: float, side: float
+) -> None:
+    """It was closed by friction as soon as a car that keeps its speed could not hold the bend."""
+    ramp_m, grip = 8.0, Road().grip_mps2
+    curvature = ((0.0, 0.0), (ahead_m, 0.0), (ahead_m + ramp_m, side / radius_m), (ahead_m + 80.0, side / radius_m))
+    road = Road(curvature=curvature, shoulder_left_m=1.0, shoulder_right_m=1.0)
+    found = of(Situation(host=HostState(speed_mps=speed_mps), road=road, coverage=Coverage())).brake
+    assert found.open
+    assert found.last_moment_s is not None
+    slowing_m = (speed_mps**2 - grip * radius_m) / (2.0 * -SEDAN.acceleration_min_mps2)  # to what the tyres hold in the bend
+    latest_s = (ahead_m + ramp_m - slowing_m) / speed_mps
+    assert latest_s - 1.5 < found.last_moment_s < latest_s

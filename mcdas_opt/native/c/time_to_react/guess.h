@@ -49,7 +49,7 @@ static int tried(Guesses *g, whole i, int k, double most)
     unsigned char *known = g->known + at;
     if (*known & (SLACK | NONE)) return *known & NONE;
     if (i < q->in_lane)
-        left_in_lane(q, anchor_of(g, k), i, all, g->slack + at);
+        left_in_lane(q, anchor_of(g, k), g->nodes, i, all, g->slack + at);
     else {
         const int why = steered(q, anchor_of(g, k), i, g->nodes, 1, most, all, g->low + at, g->high + at, g->slack + at);
         if (why == COSTLY) return why;

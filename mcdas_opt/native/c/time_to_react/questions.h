@@ -47,8 +47,9 @@ static void anchor_at(const Case *q, whole start, const Nodes *c, Anchor *a)
     a->edge = m.edge;
 }
 
-/* what member i, which keeps its lane, leaves from an anchor of the road, of the car's limits and of what is comfortable: (3), `all` apart */
-static void left_in_lane(const Case *q, const Anchor *a, whole i, whole all, double *slack)
+/* What member i, which keeps its lane, leaves from an anchor of the road, of the car's limits and of what is comfortable: (3), `all` apart. It does
+ * across as a car that keeps its speed; before a bend that is too fast for that, who brakes asks for less, and is driven. */
+static void left_in_lane(const Case *q, const Anchor *a, const Nodes *c, whole i, whole all, double *slack)
 {
     const double *x = a->begin.x;
     double level, until, sideways = a->alone;
@@ -61,6 +62,14 @@ static void left_in_lane(const Case *q, const Anchor *a, whole i, whole all, dou
     slack[0] = a->edge;
     slack[all] = acts ? LESSER(a->able, left) : -1.0;
     slack[2 * all] = q->comfort - effort;
+    if (q->bend > 0.0 && acts && level < 0.0 && slack[all] < 0.0) {
+        Motion m;
+        const Profile p = set_out(q, &a->begin, level, until, q->target[i], q->lateral[i], c, &m);
+        driven(q, &p, c, 0, (int)c->n, 0, 0.0, &m);
+        slack[0] = m.edge;
+        slack[all] = m.ability;
+        slack[2 * all] = q->comfort - m.demand;
+    }
 }
 
 /* which gaps it needs: low and high (bodies), `all` apart */
