@@ -87,6 +87,10 @@ class LaneBorders:
         edges = steered if self.edges is self.steered else self.edges.seen_from(s_m)
         return LaneBorders(self.s_m - s_m, self.d_m, edges, steered)
 
+    def along(self, s_m: Array) -> Array:
+        """(lanes + 1, n): the borders' d [m] at many places (n,), from the right."""
+        return np.array([np.interp(s_m, self.s_m, row) for row in self.d_m])
+
     def at(self, s_m: float) -> tuple[float, ...]:
         """The borders' d [m] at one place, from the right: worked out once for a place, which a cycle asks for again and again."""
         known = self._known.get(s_m)

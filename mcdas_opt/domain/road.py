@@ -196,7 +196,7 @@ class Road:
         """`lane_of` at many places (n,): whole numbers."""
         if self.borders is None:
             return np.asarray(np.clip(np.floor(d_m / self.lane_width_m + 0.5), -self.lanes_right, self.lanes_left))
-        borders = np.array([np.interp(s_m, self.borders.s_m, row) for row in self.borders.d_m])
+        borders = self.borders.along(s_m)
         there = np.diff(borders, axis=0) > _NOTHING_M
         there[[lane.lane + self.lanes_right for lane in self.lanes if lane.shoulder]] = False
         inside = there & (d_m < borders[1:])
@@ -207,7 +207,7 @@ class Road:
         """Whether places (n,) lie between the borders of these lanes (n,), which are among those that there are."""
         if self.borders is None:
             return np.asarray(np.abs(d_m - lanes * self.lane_width_m) <= 0.5 * self.lane_width_m)
-        borders = np.array([np.interp(s_m, self.borders.s_m, row) for row in self.borders.d_m])
+        borders = self.borders.along(s_m)
         k, at = lanes + self.lanes_right, np.arange(len(lanes))
         return np.asarray((borders[k, at] <= d_m) & (d_m <= borders[k + 1, at]))
 
@@ -270,7 +270,7 @@ class Road:
         """d [m] of each border between two lanes at s (n,), from the right; NaN where one of the two is not there."""
         if self.borders is None:
             return [np.full(s_m.shape, (lane + 0.5) * self.lane_width_m) for lane in range(-self.lanes_right, self.lanes_left)]
-        d = np.array([np.interp(s_m, self.borders.s_m, row) for row in self.borders.d_m])
+        d = self.borders.along(s_m)
         there = np.diff(d, axis=0) > _NOTHING_M
         return [np.where(there[k] & there[k + 1], d[k + 1], np.nan) for k in range(len(there) - 1)]
 

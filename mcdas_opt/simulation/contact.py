@@ -38,7 +38,7 @@ def surroundings(
     """Of the host's states (n, 6) against neighbours that move over the same n instants.
 
     Bodies touch in the plane, on a curved road too; nobody more than `TOUCH_WITHIN_M` away along the road touches (a ramp may pass over
-    itself), nor more than `REACH_M` on a curved one.
+    itself).
     """
     s = host[:, 0]
     frame = frame_near(road, float(s[0]))
@@ -47,7 +47,7 @@ def surroundings(
     places = np.array([(motion.s_m, motion.d_m, motion.heading_rad) for motion in neighbours]).reshape(-1, 3, len(s)).swapaxes(0, 1)
     lengths, widths = np.array(sizes).reshape(-1, 2).T
     apart = np.abs(places[0] - s)
-    who, when = np.nonzero(_is_near(apart, road) & (apart < TOUCH_WITHIN_M))
+    who, when = np.nonzero(apart < TOUCH_WITHIN_M)
     other_x, other_y, other_yaw = frame.to_plane(*places[:, who, when])
     reach = 0.5 * (np.hypot(lengths, widths) + math.hypot(vehicle.length_m, vehicle.width_m)) + _SURELY_M
     close = np.hypot(other_x - x[when], other_y - y[when]) <= reach[who]
@@ -107,18 +107,13 @@ def clearances(
         own = corners(*frame.to_plane(*host[part, :3].T), vehicle.length_m, vehicle.width_m)
         for motion, size in zip(neighbours, sizes, strict=True):
             apart = np.abs(motion.s_m[part] - host[part, 0])
-            near = _is_near(apart, road)
+            near = apart < (np.inf if road.is_straight else REACH_M - 50.0)  # enough for the plane
             place = (column[part][near] for column in (motion.s_m, motion.d_m, motion.heading_rad))
             other = corners(*frame.to_plane(*place), *size)
             gap = apart - 0.5 * (size[0] + vehicle.length_m)
             gap[near] = distance(own[near], other)
             nearest[part] = np.minimum(nearest[part], gap)
     return nearest
-
-
-def _is_near(apart_m: Array, road: Road) -> NDArray[np.bool_]:
-    """Who, so far away along the road, is near enough for the plane."""
-    return np.asarray(apart_m < (np.inf if road.is_straight else REACH_M - 50.0))
 
 
 def _beyond_edge(own: Array, host: Array, vehicle: Vehicle, road: Road) -> Array:

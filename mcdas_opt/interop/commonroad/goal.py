@@ -19,7 +19,7 @@ from mcdas_opt.interop.commonroad.road_lanes import on_road
 
 _BESIDE_M = 2.0  # an area whose middle is further off the road than this is not on it
 _NEXT_M = 1.0  # areas of one lane that are no further apart are one
-_KEPT_M = 0.3
+_KEPT_M = 0.3  # from its lane's middle that a car is
 _LEVELS, _INSET = 17, 0.005  # offsets to either side at which an area is measured, and as a share of its width the nearest to its edge
 
 

@@ -15,6 +15,7 @@ double tan(double) OF_VECTORS;
 
 #define CERTAINLY 1e-9
 #define CLEAR 0.05
+#define REACHES 5.0 /* `geometry.edges._REACHES` */
 #define FOUND 1e-6 /* of a corner's foot, which is sought: more than what two ways to seek it differ by */
 #define FAR 0.001  /* besides, of what is looked at no closer: more than rounding of a place */
 #define MOST_STEPS 5
@@ -284,7 +285,7 @@ static int stands_on_road(const Frame *frame, const Edges *edges, const Rules *r
 {
     const double c = cos(yaw), q = sin(yaw), *at = edges->table;
     const double psi = frame->samples ? yaw - road_heading(frame, s) : yaw, kappa = frame->samples ? road_curvature(frame, s) : 0.0;
-    const double slack = rule->edge - FOUND, reach = 5.0 * length_of(rule->length, rule->width); /* a road keeps 1 - kappa d above 0.1 */
+    const double slack = rule->edge - FOUND, reach = REACHES * length_of(rule->length, rule->width);
     for (int corner = 0; corner < 4; corner++) {
         const double ahead = (corner & 1 ? -0.5 : 0.5) * rule->length, aside = (corner & 2 ? -0.5 : 0.5) * rule->width;
         double foot, offset, left, right;
