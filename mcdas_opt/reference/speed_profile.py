@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mcdas_opt.domain.comfort import ComfortSettings
+from mcdas_opt.domain.comfort import GRIP_SHARE, ComfortSettings
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.library import library
@@ -26,7 +26,7 @@ _NEAR_M = _CLOSING_MPS2 * CLOSING_S**2  # as far as that is small
 _NUMBERS = (AS_HARD, _STANDING_MPS, _STOPPING_S, _NEAREST_M, 2.0)
 _NOWHERE = np.zeros(0)
 PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
-_STRAIGHTEST_1PM = 1e-6  # what bends less is straight
+STRAIGHTEST_1PM = 1e-6  # what bends less is straight
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +48,20 @@ def profile_ahead(
     road: Road, s_m: float, d_m: float, fastest_mps: float, comfort: ComfortSettings, stops_m: float = math.inf
 ) -> SpeedProfile | None:
     """From s on along the offset d, for a car that drives no faster than `fastest_mps`: as fast as the lateral acceleration allows, and no
-    faster than from where braking gently reaches every bend ahead in time, and stops within `stops_m`. None where the road is straight,
-    and that is far."""
+    faster than from where braking gently reaches every bend ahead in time, and stops within `stops_m`; of each less on a slippery road.
+    None where the road is straight, and that is far."""
+    comfort = comfort.on(road.grip_mps2)
     reach_m = min(fastest_mps * fastest_mps / (2.0 * comfort.bend_braking_mps2) + fastest_mps * _AHEAD_S, _FARTHEST_M)
     if road.is_straight and stops_m > reach_m:
         return None
     places = _STEP_M * np.arange(math.ceil(reach_m / _STEP_M) + 1)
     kappa = road.curvature_at(s_m + places)
-    bend = np.maximum(np.abs(kappa / (1.0 - d_m * kappa)), _STRAIGHTEST_1PM)
+    bend = np.maximum(np.abs(kappa / (1.0 - d_m * kappa)), STRAIGHTEST_1PM)
     gained = 2.0 * comfort.bend_braking_mps2 * places  # of the speed's square, on the way
     squares = np.minimum.accumulate((PATH_SHARE * comfort.lateral_mps2 / bend + gained)[::-1])[::-1] - gained
     if stops_m <= reach_m:
-        squares = np.minimum(squares, 2.0 * _STOPPING_MPS2 * np.maximum(stops_m - places, 0.0))
+        stopping_mps2 = min(_STOPPING_MPS2, GRIP_SHARE * road.grip_mps2)
+        squares = np.minimum(squares, 2.0 * stopping_mps2 * np.maximum(stops_m - places, 0.0))
     return SpeedProfile(s_m, _STEP_M, np.sqrt(squares))
 
 

@@ -133,11 +133,11 @@ def test_bends_are_taken_faster_only_as_far_as_a_destination_is_missed_otherwise
     assert [squared.min() / usual.min() for squared in hurried] == pytest.approx([1.0, 1.125, 1.25, 1.375, 1.5])
     braking = [-np.diff(squared).min() / (2.0 * 2.0) for squared in hurried]  # before the bend, from place to place
     assert braking == pytest.approx([1.5, 1.75, 2.0, 2.25, 2.5])
-    icy = cycle_before_bend(12.0).situation
-    icy = replace(icy, road=replace(icy.road, friction=0.3))
-    profile = bends_ahead(Cycle.of(icy, Vehicle()), 0.0)
-    assert profile is not None
-    assert np.array_equal(profile.at(places) ** 2, usual)
+    icy = [cycle_before_bend(time_s).situation for time_s in (None, 12.0)]
+    careful, late = (bends_ahead(Cycle.of(replace(one, road=replace(one.road, friction=0.3)), Vehicle()), 0.0) for one in icy)
+    assert careful is not None
+    assert late is not None
+    assert np.array_equal(late.at(places), careful.at(places))
 
 
 def test_a_change_to_the_destinations_lane_costs_nothing_by_itself_and_one_away_from_it_more() -> None:

@@ -9,12 +9,14 @@ import pytest
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.comfort import GRIP_SHARE
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Coverage, Situation
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.candidates.path_driving import follow
@@ -24,9 +26,13 @@ from mcdas_opt.reference.lane_centre import LaneCentre
 SETTINGS = Settings(warning=WarningSettings(escapes=False), manners=MannersSettings(changes_lanes=False))
 
 
-def bend(kappa: float, way_m: float) -> Road:
-    knots = ((way_m, 0.0), (way_m + 30.0, kappa), (way_m + 90.0, kappa), (way_m + 120.0, 0.0))
-    return Road(lanes_left=1, lanes_right=1, speed_limit_mps=60.0, curvature=knots)
+def bend(kappa: float, way_m: float, friction: float = 0.9, opens_m: float = 30.0) -> Road:
+    knots = ((way_m, 0.0), (way_m + opens_m, kappa), (way_m + 90.0, kappa), (way_m + 120.0, 0.0))
+    return Road(lanes_left=1, lanes_right=1, speed_limit_mps=60.0, curvature=knots, friction=friction)
+
+
+def most_lateral_mps2(hosts: list[HostState], planner: Planner) -> float:
+    return max(abs(float(lateral_acceleration(host.speed_mps, host.steering_rad, planner.vehicle.wheelbase_m, np))) for host in hosts)
 
 
 def driven(planner: Planner, road: Road, speed_mps: float, seconds: float) -> tuple[list[HostState], list[Plan]]:
@@ -48,8 +54,7 @@ def test_a_bend_is_entered_in_comfort(method: str, speed_mps: float, kappa: floa
     planner = Planner(settings=SETTINGS, method=method)
     way_m = speed_mps * speed_mps / (2.0 * SETTINGS.comfort.bend_braking_mps2)
     hosts, plans = driven(planner, bend(kappa, way_m), speed_mps, 1.8 * (way_m + 60.0) / speed_mps)
-    lateral = [lateral_acceleration(host.speed_mps, host.steering_rad, planner.vehicle.wheelbase_m, np) for host in hosts]
-    assert 0.85 * SETTINGS.comfort.lateral_mps2 <= float(np.abs(lateral).max()) <= 1.05 * SETTINGS.comfort.lateral_mps2
+    assert 0.85 * SETTINGS.comfort.lateral_mps2 <= most_lateral_mps2(hosts, planner) <= 1.05 * SETTINGS.comfort.lateral_mps2
     assert min(host.acceleration_mps2 for host in hosts) >= -SETTINGS.comfort.late_braking_mps2
     assert {plan.status for plan in plans} == {Status.PLANNED}
 
@@ -65,6 +70,30 @@ def test_who_comes_too_fast_brakes_but_not_hard() -> None:
     hosts, _ = driven(Planner(settings=SETTINGS), bend(0.02, -40.0), 14.0, 3.0)
     assert hosts[-1].speed_mps < 12.0
     assert min(host.acceleration_mps2 for host in hosts) >= -1.2 * SETTINGS.comfort.late_braking_mps2
+
+
+@pytest.mark.parametrize("method", ["mpc", "closed-form-corrected"])
+@pytest.mark.parametrize("friction", [0.1, 0.15, 0.25, 0.4])
+@pytest.mark.parametrize(("speed_mps", "kappa"), [(15.0, 0.0133), (15.0, -0.02), (25.0, 0.0066)])
+def test_a_slippery_bend_is_entered_with_grip_in_reserve(method: str, friction: float, speed_mps: float, kappa: float) -> None:
+    planner = Planner(settings=SETTINGS, method=method)
+    grip = GRAVITY_MPS2 * friction
+    way_m = speed_mps * speed_mps / (2.0 * min(GRIP_SHARE * grip, SETTINGS.comfort.bend_braking_mps2))
+    hosts, plans = driven(planner, bend(kappa, way_m, friction), speed_mps, 1.8 * (way_m + 60.0) / speed_mps)
+    assert hosts[-1].s_m > way_m
+    assert most_lateral_mps2(hosts, planner) <= min(0.5 * grip, 1.05 * SETTINGS.comfort.lateral_mps2)
+    assert {plan.status for plan in plans} == {Status.PLANNED}
+
+
+@pytest.mark.parametrize("kappa", [0.0333, -0.0333])
+def test_a_bend_that_is_far_too_tight_is_braked_for_harder_than_is_comfortable(kappa: float) -> None:
+    planner = Planner(settings=SETTINGS)
+    road = bend(kappa, 35.0, opens_m=8.0)
+    hosts, plans = driven(planner, road, 22.0, 4.0)
+    assert min(host.acceleration_mps2 for host in hosts) < -SETTINGS.comfort.limits(20.0).braking_mps2
+    assert most_lateral_mps2(hosts, planner) < 0.55 * road.grip_mps2
+    assert {plan.status for plan in plans} == {Status.PLANNED}
+    assert "brakes harder than is comfortable: the bend ahead is too tight for its speed" in plans[0].reason
 
 
 def test_a_setting_says_what_is_comfortable() -> None:

@@ -54,7 +54,7 @@ def comfortable_speed(
         host_mps,
         towards_mps,
         times_s,
-        rising_mps2=comfort.share * comfort.limits(host_mps).acceleration_mps2,
+        rising_mps2=comfort.rising_mps2(host_mps, cycle.situation.road.grip_mps2),
         falling_mps2=ORDINARY_MPS2,
         late_mps2=comfort.late_braking_mps2,
         behind_mps2=comfort.late_braking_mps2 if cycle.front_gap.is_won_back else BEHIND_MPS2,
@@ -197,7 +197,7 @@ def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedPro
 
 def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
     situation, comfort = cycle.situation, cycle.settings.comfort
-    rising_mps2 = comfort.share * comfort.limits(situation.host.speed_mps).acceleration_mps2
+    rising_mps2 = comfort.rising_mps2(situation.host.speed_mps, situation.road.grip_mps2)
     return comes_late(situation.destination, situation.host, situation.time_s, profile, situation.wanted_speed_mps, rising_mps2)
 
 

@@ -17,7 +17,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.reference.offset_path import OffsetPath
 
 _STATES = 6
-_OURS = frozenset({"brake", "brake-behind", "accelerate", "left", "right", "keep"})
+_OURS = frozenset({"brake", "brake-behind", "brake-for-bend", "accelerate", "left", "right", "keep"})
 
 
 def sound_proposals(functions: Iterable[Callable[[Cycle], Iterable[Proposed]]], path: OffsetPath, cycle: Cycle) -> tuple[Proposed, ...]:

@@ -6,6 +6,7 @@ from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import Ended
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lanes.required_lane import RequiredLane
+from mcdas_opt.planning.proposals.brake_for_bend import BRAKE_FOR_BEND
 from mcdas_opt.planning.proposals.keep_lane import BRAKE
 from mcdas_opt.planning.proposals.unwatched import unwatched
 
@@ -21,6 +22,7 @@ def remarks(cycle: Cycle, best: Ended, *, is_comparison: bool) -> str:
         + _unwatched(best, cycle)
         + _haste(best, cycle)
         + _stop(best, cycle)
+        + _bend(best)
     )
 
 
@@ -64,6 +66,10 @@ def _stop(best: Ended, cycle: Cycle) -> str:
     """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
     stops = best.proposed.name == BRAKE and cycle.is_ordinary and cycle.front_braking.is_to_the_limit
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
+
+
+def _bend(best: Ended) -> str:
+    return "; brakes harder than is comfortable: the bend ahead is too tight for its speed" if best.proposed.name == BRAKE_FOR_BEND else ""
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

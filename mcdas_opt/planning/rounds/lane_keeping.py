@@ -10,6 +10,7 @@ from mcdas_opt.planning.candidates.choice import Round
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.proposals.brake_for_bend import brake_for_bend
 from mcdas_opt.planning.proposals.keep_lane import brake_behind, keep_lane, stop_in_lane
 from mcdas_opt.planning.proposals.lane_change import change_lanes, change_on, change_to_required, go_on_unpressed
 from mcdas_opt.planning.proposals.yielding import yielding
@@ -18,8 +19,8 @@ from mcdas_opt.planning.search import Search
 
 def lane_keeping(search: Search) -> Iterator[Round]:
     """A lane change that is due comes first; if it does not come to a safe end, it waits. Who begins, or kept no lane before, compares the
-    lane with the closed forms, which make room for nobody. Where what is comfortable comes to no safe end behind the front car, braking
-    harder is tried before others are troubled."""
+    lane with the closed forms, which make room for nobody. A bend that is far too tight is braked for at once. Where what is
+    comfortable comes to no safe end behind the front car, braking harder is tried before others are troubled."""
     cycle = search.cycle
     if not cycle.is_ordinary:
         return
@@ -28,6 +29,7 @@ def lane_keeping(search: Search) -> Iterator[Round]:
         yield from _alone(search, go_on_unpressed(cycle, cycle.active))
         return
     yield from _alone(search, stop_in_lane(cycle) if cycle.front_braking.is_to_the_limit else None)
+    yield from _alone(search, brake_for_bend(cycle))
     yield from _alone(search, _change(cycle))
     yield from _keep(search)
     yield from _brake_behind(search)

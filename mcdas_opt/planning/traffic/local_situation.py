@@ -57,7 +57,7 @@ def with_wanted_speed(situation: Situation, settings: Settings, vehicle: Vehicle
             situation = replace(situation, destination=None, desired_speed_mps=wanted)
         else:
             host, comfort = situation.host, settings.comfort
-            rising_mps2 = comfort.share * comfort.limits(host.speed_mps).acceleration_mps2
+            rising_mps2 = comfort.rising_mps2(host.speed_mps, situation.road.grip_mps2)
             arriving = arrival_speed_mps(
                 destination,
                 host,
