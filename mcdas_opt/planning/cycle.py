@@ -39,7 +39,7 @@ from mcdas_opt.planning.traffic.reach import in_reach_ever
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
-from mcdas_opt.situation.passed_in_lane import PassedInLane, passed_in_lane
+from mcdas_opt.situation.passed_in_lane import PassedInLane, is_person, passed_in_lane
 from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import predict_for
 
@@ -178,6 +178,12 @@ class Cycle:
             found = self._others[key] = Others.of(self.prediction, rows, frame, self.vehicle)
         return found
 
+    @cached_property
+    def people(self) -> list[int]:
+        """Which of the predicted bodies are people on foot or on two wheels."""
+        names = {name for track in self.situation.tracks if is_person(track) for name in names_of(track.id)}
+        return [i for i, body in enumerate(self.prediction.bodies) if body.id in names] if names else []
+
     def is_late_for(self, stage: Stage) -> bool:
         """Whether the deadline, where there is one, leaves no time to begin it."""
         return self.deadline is not None and self.deadline.is_over_for(stage)
@@ -202,7 +208,7 @@ class Cycle:
     @property
     def kept_d_m(self) -> float:
         """Where the host drives in that lane now."""
-        if self.passed_in_lane.cars or self.passed_in_lane.offset_m != 0.0:
+        if self.passed_in_lane.bodies or self.passed_in_lane.offset_m != 0.0:
             return self.lane_centre_m + self.passed_in_lane.offset_m
         return kept_d_m(self.situation, self.vehicle, self.lane_centre_m)
 

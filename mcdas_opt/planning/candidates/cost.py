@@ -14,6 +14,7 @@ from mcdas_opt.planning.candidates.nearness import Nearness, nearness
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.headway import missing_headway
 from mcdas_opt.planning.proposals.comfortable_speed import bends_ahead
+from mcdas_opt.situation.passed_in_lane import passing_gap_m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +33,7 @@ class CostWeights:
     unneeded_lane_change: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
     inconsiderate: float = 6.0  # once, where that asks a follower for more braking than manners allow
     headway: float = 1.0  # per (share of the front distance asked for that is missing)^2
+    people: float = 100.0  # per (metre missing of the distance that being faster than people asks for)^2
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
     end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
@@ -58,6 +60,8 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
         missing = missing_headway(drives, others.motion, others.halves_m, cycle.situation.host, cycle.front_gap.headway)
         closeness = np.exp(-np.maximum(np.minimum.reduce(near.separation_m, axis=1), 0.0) / 0.7)
     rate = _rate(drives, missing, closeness, cycle, weights)
+    if cycle.people:
+        rate = rate + weights.people * _missing_beside_people(near, cycle) ** 2
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
     if not others.ends:
         return totals
@@ -69,6 +73,12 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
             closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
             totals[i] += weights.end_closing * closing**2 / max(gap, 1.0)
     return totals
+
+
+def _missing_beside_people(near: Nearness, cycle: Cycle) -> Array:
+    """(drives, n) [m]: the most that is missing of the distance that being faster than one of them asks for."""
+    asked_m = passing_gap_m(near.tables[:, np.newaxis, 4], near.others.motion.speed_s_mps[cycle.people])
+    return np.asarray(np.maximum.reduce(np.maximum(asked_m - near.separation_m[:, cycle.people], 0.0), axis=1))
 
 
 def _rate(drives: Array, missing: Array | None, closeness: Array | None, cycle: Cycle, weights: CostWeights) -> Array:

@@ -177,7 +177,7 @@ class LaneMpcSolver:
                 bodies, motion = tuple(bodies[i] for i in chosen), motion.part(chosen)
         own = self.own
         clearance = {"along_m": own.clearance_along_m, "across_m": own.clearance_across_m, "on_foot_m": own.clearance_on_foot_m}
-        return obstacle_slots(bodies, times, motion=motion, passed=cycle.passed_in_lane.ids, **clearance)
+        return obstacle_slots(bodies, times, motion=motion, passed=cycle.passed_in_lane.bodies, **clearance)
 
     def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers.

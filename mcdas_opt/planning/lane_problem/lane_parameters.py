@@ -24,10 +24,12 @@ from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.front.headway import asked_time_gap_s
 from mcdas_opt.planning.lane_problem.grown_bodies import grown_bodies
 from mcdas_opt.planning.lanes.neighbours import INTRUSION_M
+from mcdas_opt.situation.passed_in_lane import Passed, is_person
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
 _SLOWEST_MPS = 1.0
+_PASSING_SPARE_M = 0.25  # of the distance to a person who is passed: the optimiser's bodies are rounded, and so a little wider
 _RELEASE_S = 0.6  # of brakes that nobody needs any more
 Bumpers = tuple[Array, Array, Array, Array]  # place and speed of one ahead, of one behind (N + 1)
 
@@ -65,15 +67,21 @@ def obstacle_slots(
     across_m: float,
     on_foot_m: float = 0.0,
     motion: BodyMotion | None = None,
-    passed: frozenset[str] = frozenset(),
+    passed: Sequence[Passed] = (),
 ) -> ObstacleSlots:
-    """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates."""
+    """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates; people
+    who are passed no wider than leaves the host its way."""
     rows = together(bodies, times_s) if motion is None else motion
     first = list(zip(*(row[:, 0].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True))
     sizes = list(zip(*(size[:, 0].tolist() for size in sizes_on_road(bodies, rows.heading_rad[:, :1])), strict=True))
     across = zip(bodies, rows.speed_d_mps[:, 0].tolist(), strict=True)
-    in_no_lane = [body.id in passed or (abs(v) > CROSSING_MPS and is_free(body)) for body, v in across]
+    ids = {one.track.id for one in passed}
+    in_no_lane = [body.id in ids or (abs(v) > CROSSING_MPS and is_free(body)) for body, v in across]
     grown = grown_bodies(bodies, times_s, rows.heading_rad, along_m, across_m, on_foot_m)
+    for one in passed:
+        for body, (_, across_row) in zip(bodies, grown, strict=True):
+            if body.id == one.track.id and is_person(one.track):
+                np.minimum(across_row, 0.5 * one.track.across_m + max(one.gap_m - _PASSING_SPARE_M, 0.0), out=across_row)
     return ObstacleSlots(bodies, rows, grown, first, sizes, in_no_lane)
 
 

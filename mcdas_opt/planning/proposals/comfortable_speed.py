@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
@@ -20,7 +21,7 @@ from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
-from mcdas_opt.situation.passed_in_lane import Passed
+from mcdas_opt.situation.passed_in_lane import Passed, is_person
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
@@ -64,8 +65,8 @@ def comfortable_speed(
         speeds = np.minimum(speeds, _behind_who_brakes(cycle))
     for one in yielding(cycle, d_m):
         speeds = np.minimum(speeds, one.speeds_mps)
-    for passed in cycle.passed_in_lane.cars:
-        speeds = np.minimum(speeds, _past(passed, host_mps, times_s))
+    for passed in cycle.passed_in_lane.bodies:
+        speeds = np.minimum(speeds, _past(passed, host_mps, times_s, comfort))
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
     way_m = np.zeros(times_s.size)
@@ -85,13 +86,14 @@ def _behind_who_brakes(cycle: Cycle) -> Array | float:
     return np.asarray(np.maximum(host_mps - rate * times_s, np.minimum(its_mps, host_mps)))
 
 
-def _past(passed: Passed, host_mps: float, times_s: Array) -> Array | float:
-    """How fast at most [m/s] towards somebody who stands at the lane's side: as slow beside him as the distance between the bodies asks."""
-    most = passed.most_mps
-    needed = (host_mps**2 - most**2) / (2.0 * max(passed.way_m, _LEAST_WAY_M))
+def _past(passed: Passed, host_mps: float, times_s: Array, comfort: ComfortSettings) -> Array | float:
+    """How fast at most [m/s] towards somebody at the lane's side: as slow beside him as the distance between the bodies asks."""
+    most, its_mps = passed.most_mps, passed.speed_mps
+    needed = (max(host_mps - its_mps, 0.0) ** 2 - (most - its_mps) ** 2) / (2.0 * max(passed.way_m, _LEAST_WAY_M))
     if needed < _PASSING_MPS2:
         return math.inf
-    return np.asarray(np.maximum(host_mps - min(AS_HARD * needed, ORDINARY_MPS2) * times_s, most))
+    hardest = comfort.limits(host_mps).braking_mps2 if is_person(passed.track) else ORDINARY_MPS2
+    return np.asarray(np.maximum(host_mps - min(AS_HARD * needed, hardest) * times_s, most))
 
 
 def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:

@@ -61,7 +61,9 @@ def _keep(search: Search) -> Iterator[Round]:
     keep = keep_lane(cycle, _quiet_mode(cycle), cycle.gap)
     search.keep = (keep,)
     passing = search.solve(search.keep)
-    makes_room = (cycle.gap is not None and cycle.gap.is_slower) or bool(cycle.passed_in_lane.cars or yielding(cycle, keep.path.target_d_m))
+    makes_room = (cycle.gap is not None and cycle.gap.is_slower) or bool(
+        cycle.passed_in_lane.bodies or yielding(cycle, keep.path.target_d_m)
+    )
     begins = cycle.memory.chosen != keep.name and not makes_room
     compares = passing and begins and not cycle.is_late_for(Stage.SEARCH)
     cheaper = _cheaper_closed_forms(search, passing[0]) if compares else []
