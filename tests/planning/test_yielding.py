@@ -68,10 +68,16 @@ def test_who_walks_into_the_lane_is_let_through(s_m: float, side: float) -> None
     assert any(plan.reason.startswith("ped crosses and is let through") for plan in plans)
 
 
-def test_a_car_that_crosses_is_let_through() -> None:
-    plans, nearest_m, _ = drive(walking(40.0, -20.0, 6.0, BodyKind.CAR, 4.5))
+@pytest.mark.parametrize("comes_s", [1.5, 2.0, 2.5, 2.75, 3.0, 3.125, 3.25, 3.5])
+def test_who_drives_across_goes_first_where_the_plan_says_so(comes_s: float) -> None:
+    """At 3 s the first plan is to pass ahead of him; those that said that he is let through went on with it, at 16 m/s, 0.6 m from him."""
+    plans, nearest_m, _ = drive(walking(45.0, -4.0 - 8.0 * comes_s, 8.0, BodyKind.CAR, 4.5), 7.0)
     assert {plan.status for plan in plans} == {Status.PLANNED}
-    assert nearest_m > 1.5
+    assert any("ped crosses and is let through" in plan.reason for plan in plans)
+    assert nearest_m > 1.2
+    assert max(plan.situation.host.speed_mps for plan in plans) < SPEED_MPS + 0.5
+    he_is_past = next(k for k, plan in enumerate(plans) if plan.situation.track("ped").d_m > 1.75 + 2.25)
+    assert plans[he_is_past].situation.host.s_m < 45.0
 
 
 @pytest.mark.parametrize(

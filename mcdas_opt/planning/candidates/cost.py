@@ -25,6 +25,7 @@ class CostWeights:
     lateral_acceleration: float = 0.08  # per (m/s^2)^2
     jerk: float = 0.001  # per (m/s^3)^2
     speed: float = 0.03  # per (m/s)^2 off the desired speed
+    haste: float = 0.3  # in ordinary driving, per (m/s)^2 beyond the speed limit
     discomfort: float = 1.0  # in ordinary driving, per (share of acceleration, braking or jerk beyond what is comfortable)^2
     lane_change: float = 2.0  # once
     other_side: float = 0.3  # once, for steering to the side that is not preferred
@@ -60,6 +61,10 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
         missing = missing_headway(drives, others.motion, others.halves_m, cycle.situation.host, cycle.front_gap.headway)
         closeness = np.exp(-np.maximum(np.minimum.reduce(near.separation_m, axis=1), 0.0) / 0.7)
     rate = _rate(drives, missing, closeness, cycle, weights)
+    if cycle.is_ordinary:
+        allowed_mps = max(cycle.limit_mps, cycle.situation.host.speed_mps)
+        if drives[:, 4].max() > allowed_mps:
+            rate = rate + weights.haste * np.maximum(drives[:, 4] - allowed_mps, 0.0) ** 2
     if cycle.people:
         rate = rate + weights.people * _missing_beside_people(near, cycle) ** 2
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()

@@ -37,6 +37,7 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200
 _OSQP_WARM, _OSQP_COLD, _OSQP_BACKUP = 3, 8, 2  # iterations: from a warm start, from none, where the interior point has no answer
+_SLOWS_MPS = 2.0
 _MOST_SHIFTS = 5  # nodes that a warm start is moved on by
 _MARGINS_M = 5.0  # a body's clearance and uncertainty, at most, and some rounding
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
@@ -260,5 +261,14 @@ class LaneMpcSolver:
             return True
         if proposed.manoeuvre != warm.proposed.manoeuvre or abs(proposed.speed_mps - warm.proposed.speed_mps) > 1.0:
             return True
+        if _slows_newly(warm.proposed, proposed):
+            return True
         there = {body.id for body in scene.cycle.prediction.bodies}
         return any(body.id not in there for body in warm.others.bodies) or any(body.id in scene.surprising for body in scene.others.bodies)
+
+
+def _slows_newly(before: Proposed, now: Proposed) -> bool:
+    """Whether it is to drive clearly slower somewhere on the way: what it did before may pass ahead of whom it is to let ahead now."""
+    if before.speeds_mps is None or now.speeds_mps is None:
+        return False
+    return bool(np.any(now.speeds_mps < before.speeds_mps - _SLOWS_MPS))
