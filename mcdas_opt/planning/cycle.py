@@ -39,7 +39,8 @@ from mcdas_opt.planning.traffic.reach import in_reach_ever
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
-from mcdas_opt.situation.passed_in_lane import PassedInLane, is_person, passed_in_lane
+from mcdas_opt.situation.passed_in_lane import PassedInLane, passed_in_lane
+from mcdas_opt.situation.passing_room import is_person
 from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import predict_for
 

@@ -22,6 +22,7 @@ CONSTANT_VELOCITY = "constant-velocity"
 
 # a track may be changing lanes that moves sideways so fast, by so many standard deviations, so far from the middle of its lane
 CHANGE_MPS, CHANGE_SIGMAS, CHANGE_FROM_M = 0.5, 2.5, 0.2
+ONCOMING_INTRUSION_M = 0.2  # who comes towards the host, beyond the line
 CHANGE_FASTEST_S = 0.4  # no lane change fades faster (0.4: one lane in about 3 s), unless the track shows that it does
 CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast, up to this speed
 # a track may go on braking, until it stands, that brakes so hard (on a slippery road: by this share of what it gives); or accelerating
@@ -190,7 +191,7 @@ def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple
     """(speed sideways [m/s], fade [s], swell) of a logistic lane change from where the track is to the middle of the next lane.
 
     None where the track does not clearly move sideways, has hardly left its lane's middle, has no lane to go to, or would settle in that
-    lane anyway.
+    lane anyway; and of one who comes towards the host and is not over the line yet: on roads with traffic either way such are met all day.
 
     The lane change begins `sigmas` standard deviations faster than the track (a filter lags behind a growing speed: by 0.6 m/s where a
     lane takes 2.3 s), or as fast as the track where that could not end in that lane. Its fade is at least `CHANGE_FASTEST_S`, and such that
@@ -207,6 +208,8 @@ def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple
     to_go = lane * width - across
     gone = width - to_go
     if gone < CHANGE_FROM_M or not road.has_lane(lane if left else -lane, track.s_m):
+        return None
+    if track.speed_s_mps < 0.0 and gone + 0.5 * track.across_m < 0.5 * width + ONCOMING_INTRUSION_M:
         return None
     for sideways in (seen + settings.sigmas * sd, seen):
         peak = min(CHANGE_GROWTH * sideways, CHANGE_PEAK_MPS)

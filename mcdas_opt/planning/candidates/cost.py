@@ -14,7 +14,7 @@ from mcdas_opt.planning.candidates.nearness import Nearness, nearness
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.headway import missing_headway
 from mcdas_opt.planning.proposals.comfortable_speed import bends_ahead
-from mcdas_opt.situation.passed_in_lane import passing_gap_m
+from mcdas_opt.situation.passing_room import passing_gap_m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,7 +24,7 @@ from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.front.headway import asked_time_gap_s
 from mcdas_opt.planning.lane_problem.grown_bodies import grown_bodies
 from mcdas_opt.planning.lanes.neighbours import INTRUSION_M
-from mcdas_opt.situation.passed_in_lane import Passed, is_person
+from mcdas_opt.situation.passed_in_lane import Passed
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
@@ -80,7 +80,7 @@ def obstacle_slots(
     grown = grown_bodies(bodies, times_s, rows.heading_rad, along_m, across_m, on_foot_m)
     for one in passed:
         for body, (_, across_row) in zip(bodies, grown, strict=True):
-            if body.id == one.track.id and is_person(one.track):
+            if body.id == one.track.id and not one.stands:
                 np.minimum(across_row, 0.5 * one.track.across_m + max(one.gap_m - _PASSING_SPARE_M, 0.0), out=across_row)
     return ObstacleSlots(bodies, rows, grown, first, sizes, in_no_lane)
 

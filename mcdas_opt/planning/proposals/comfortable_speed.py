@@ -21,7 +21,7 @@ from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
-from mcdas_opt.situation.passed_in_lane import Passed, is_person
+from mcdas_opt.situation.passed_in_lane import Passed
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
@@ -92,7 +92,7 @@ def _past(passed: Passed, host_mps: float, times_s: Array, comfort: ComfortSetti
     needed = (max(host_mps - its_mps, 0.0) ** 2 - (most - its_mps) ** 2) / (2.0 * max(passed.way_m, _LEAST_WAY_M))
     if needed < _PASSING_MPS2:
         return math.inf
-    hardest = comfort.limits(host_mps).braking_mps2 if is_person(passed.track) else ORDINARY_MPS2
+    hardest = comfort.limits(host_mps).braking_mps2 if not passed.stands else ORDINARY_MPS2
     return np.asarray(np.maximum(host_mps - min(AS_HARD * needed, hardest) * times_s, most))
 
 
