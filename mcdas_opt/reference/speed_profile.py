@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -45,20 +46,31 @@ class SpeedProfile:
 
 
 def profile_ahead(
-    road: Road, s_m: float, d_m: float, fastest_mps: float, comfort: ComfortSettings, stops_m: float = math.inf
+    road: Road,
+    s_m: float,
+    d_m: float,
+    fastest_mps: float,
+    comfort: ComfortSettings,
+    stops_m: float = math.inf,
+    limits: Sequence[tuple[float, float]] = (),
 ) -> SpeedProfile | None:
     """From s on along the offset d, for a car that drives no faster than `fastest_mps`: as fast as the lateral acceleration allows, and no
-    faster than from where braking gently reaches every bend ahead in time, and stops within `stops_m`; of each less on a slippery road.
-    None where the road is straight, and that is far."""
+    faster than from where braking gently reaches every bend ahead in time, and each of the `limits` that hold from an s on [(m, m/s)], and
+    stops within `stops_m`; of each less on a slippery road. None where the road is straight, that is far, and no limit is lower."""
     comfort = comfort.on(road.grip_mps2)
     reach_m = min(fastest_mps * fastest_mps / (2.0 * comfort.bend_braking_mps2) + fastest_mps * _AHEAD_S, _FARTHEST_M)
-    if road.is_straight and stops_m > reach_m:
+    limits = [one for one in limits if one[0] < s_m + reach_m]
+    if road.is_straight and stops_m > reach_m and all(limit >= fastest_mps for _, limit in limits):
         return None
     places = _STEP_M * np.arange(math.ceil(reach_m / _STEP_M) + 1)
     kappa = road.curvature_at(s_m + places)
     bend = np.maximum(np.abs(kappa / (1.0 - d_m * kappa)), STRAIGHTEST_1PM)
     gained = 2.0 * comfort.bend_braking_mps2 * places  # of the speed's square, on the way
-    squares = np.minimum.accumulate((PATH_SHARE * comfort.lateral_mps2 / bend + gained)[::-1])[::-1] - gained
+    free = PATH_SHARE * comfort.lateral_mps2 / bend
+    for (begins_m, limit_mps), (ends_m, _) in pairwise((*limits, (math.inf, 0.0))):
+        here = (s_m + places >= begins_m) & (s_m + places < ends_m)
+        free[here] = np.minimum(free[here], limit_mps * limit_mps)
+    squares = np.minimum.accumulate((free + gained)[::-1])[::-1] - gained
     if stops_m <= reach_m:
         stopping_mps2 = min(_STOPPING_MPS2, GRIP_SHARE * road.grip_mps2)
         squares = np.minimum(squares, 2.0 * stopping_mps2 * np.maximum(stops_m - places, 0.0))

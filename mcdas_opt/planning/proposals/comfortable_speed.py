@@ -32,6 +32,7 @@ _PASSING_MPS2, _LEAST_WAY_M = 0.8, 1.0  # slowing down for who stands at the lan
 _SLOWER_MPS = 1.0  # than a front car that brakes
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
+_BEFORE_LIMIT_S = 0.5
 
 
 class ComfortableSpeed(NamedTuple):
@@ -175,11 +176,11 @@ def _stands(cycle: Cycle) -> bool:
 
 
 def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedProfile | None:
-    """What the road's bends allow along the offset d from where the host is, which stops within so much way: in comfort, and as much less
-    comfort as brings the host to its destination in time."""
+    """What the road's bends, and lower speed limits ahead, allow along the offset d from where the host is, which stops within so much way:
+    in comfort, and as much less comfort as brings the host to its destination in time."""
     situation, comfort = cycle.situation, cycle.settings.comfort
-    fastest = max(situation.host.speed_mps, situation.wanted_speed_mps)
-    found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, comfort, stops_m)
+    fastest, limits = max(situation.host.speed_mps, situation.wanted_speed_mps), _limits_ahead(cycle, d_m)
+    found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, comfort, stops_m, limits)
     if found is None or not _comes_late(found, cycle):
         return found
     given = _HURRIED_SHARE * GRAVITY_MPS2 * situation.road.friction
@@ -191,10 +192,19 @@ def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedPro
             lateral_mps2=comfort.lateral_mps2 + share * (most - comfort.lateral_mps2),
             bend_braking_mps2=comfort.bend_braking_mps2 + share * (braking - comfort.bend_braking_mps2),
         )
-        found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, hurried, stops_m)
+        found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, hurried, stops_m, limits)
         if found is None or not _comes_late(found, cycle):
             break
     return found
+
+
+def _limits_ahead(cycle: Cycle, d_m: float) -> list[tuple[float, float]]:
+    """Of the lane at the offset d: how fast one may be at most from where on; from a little before, since what is driven lags behind."""
+    road, s_m = cycle.situation.road, cycle.situation.host.s_m
+    if not road.lanes:
+        return []
+    ahead = road.limits_from(road.lane_of(d_m, s_m), s_m)[1:]
+    return [(s - _BEFORE_LIMIT_S * mps, (1.0 + cycle.settings.speed_limit_excess) * mps) for s, mps in ahead]
 
 
 def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
