@@ -26,6 +26,7 @@ _STANDING_MPS, _STOPPING_S = 0.3, 2.5
 _NEAR_M = _CLOSING_MPS2 * CLOSING_S**2  # as far as that is small
 _NUMBERS = (AS_HARD, _STANDING_MPS, _STOPPING_S, _NEAREST_M, 2.0)
 _NOWHERE = np.zeros(0)
+_BEFORE_LIMIT_S = 0.5  # a lower limit is kept from so long before, since what is driven lags behind
 PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
 STRAIGHTEST_1PM = 1e-6  # what bends less is straight
 
@@ -68,7 +69,7 @@ def profile_ahead(
     gained = 2.0 * comfort.bend_braking_mps2 * places  # of the speed's square, on the way
     free = PATH_SHARE * comfort.lateral_mps2 / bend
     for (begins_m, limit_mps), (ends_m, _) in pairwise((*limits, (math.inf, 0.0))):
-        here = (s_m + places >= begins_m) & (s_m + places < ends_m)
+        here = (s_m + places >= begins_m - _BEFORE_LIMIT_S * limit_mps) & (s_m + places < ends_m)
         free[here] = np.minimum(free[here], limit_mps * limit_mps)
     squares = np.minimum.accumulate((free + gained)[::-1])[::-1] - gained
     if stops_m <= reach_m:

@@ -32,7 +32,6 @@ _PASSING_MPS2, _LEAST_WAY_M = 0.8, 1.0  # slowing down for who stands at the lan
 _SLOWER_MPS = 1.0  # than a front car that brakes
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
-_BEFORE_LIMIT_S = 0.5
 
 
 class ComfortableSpeed(NamedTuple):
@@ -199,12 +198,11 @@ def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedPro
 
 
 def _limits_ahead(cycle: Cycle, d_m: float) -> list[tuple[float, float]]:
-    """Of the lane at the offset d: how fast one may be at most from where on; from a little before, since what is driven lags behind."""
+    """Of the lane at the offset d: from where on, and how fast one may be there at most."""
     road, s_m = cycle.situation.road, cycle.situation.host.s_m
     if not road.lanes:
         return []
-    ahead = road.limits_from(road.lane_of(d_m, s_m), s_m)[1:]
-    return [(s - _BEFORE_LIMIT_S * mps, (1.0 + cycle.settings.speed_limit_excess) * mps) for s, mps in ahead]
+    return [(s, (1.0 + cycle.settings.speed_limit_excess) * mps) for s, mps in road.limits_from(road.lane_of(d_m, s_m), s_m)[1:]]
 
 
 def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
