@@ -26,9 +26,10 @@ _ASIDE_MPS, _HURRIED_ASIDE_MPS = 0.4, 1.0  # that the host goes aside by, and ba
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passed:
-    """One who is passed: the way until the host is beside him [m] (negative: it is), the distance between the bodies then [m]."""
+    """One who is passed: at which side, the way until the host is beside him (negative: it is), how far apart the bodies are then [m]."""
 
     track: Track
+    side: Side
     way_m: float
     gap_m: float
 
@@ -164,6 +165,7 @@ def _ahead(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> It
 def _past(one: _AtTheSide, aside_m: float, situation: Situation, vehicle: Vehicle) -> Passed:
     return Passed(
         track=one.track,
+        side=one.side,
         way_m=one.track.s_m - situation.host.s_m - 0.5 * (one.track.along_m + vehicle.length_m),
         gap_m=one.inner_m - one.side.sign * aside_m - 0.5 * vehicle.width_m,
     )

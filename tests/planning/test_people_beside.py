@@ -3,6 +3,8 @@ the lane was passed at 50 km/h, 0.1 m from it."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,7 +25,7 @@ ROAD = Road(shoulder_left_m=0.5, shoulder_right_m=0.5, speed_limit_mps=14.0)
 SIZES = {BodyKind.BICYCLE: (1.8, 0.6), BodyKind.PEDESTRIAN: (0.5, 0.5)}
 
 
-def driven(kind: BodyKind, d_m: float, speed_mps: float) -> tuple[list[HostState], list[float], list[Plan]]:
+def driven(kind: BodyKind, d_m: float, speed_mps: float, road: Road = ROAD) -> tuple[list[HostState], list[float], list[Plan]]:
     """Past somebody 60 m ahead, everything going as planned: the host, the distance between the bodies while they are beside one another,
     the plans."""
     PLANNER.reset()
@@ -32,7 +34,7 @@ def driven(kind: BodyKind, d_m: float, speed_mps: float) -> tuple[list[HostState
     for k in range(140):
         time_s, s_m = 0.1 * k, 60.0 + 0.1 * k * speed_mps
         body = Track(id="1", s_m=s_m, d_m=d_m, speed_s_mps=speed_mps, length_m=length_m, width_m=width_m, kind=kind)
-        asked = Situation(time_s=round(time_s, 1), host=host, road=ROAD, tracks=(body,), desired_speed_mps=SPEED_MPS, coverage=Coverage())
+        asked = Situation(time_s=round(time_s, 1), host=host, road=road, tracks=(body,), desired_speed_mps=SPEED_MPS, coverage=Coverage())
         plans.append(PLANNER.plan(asked))
         if abs(s_m - host.s_m) < 0.5 * (length_m + CAR.length_m):
             beside.append(abs(d_m - host.d_m) - 0.5 * (width_m + CAR.width_m))
@@ -56,6 +58,13 @@ def test_people_are_passed_with_room_and_slowly(kind: BodyKind, speed_mps: float
     assert {plan.status for plan in plans} == {Status.PLANNED}
     assert min(float(plan.trajectory.acceleration_mps2.min()) for plan in plans) > -3.5
     assert max(abs(host.d_m) for host in hosts) + 0.5 * CAR.width_m < 0.5 * ROAD.lane_width_m
+
+
+def test_nobody_changes_lanes_towards_who_is_passed() -> None:
+    """A bicycle stands on the line, two lanes: its own lane seemed the slower one, and it was passed at 0.4 m, changing lanes."""
+    hosts, beside, _ = driven(BodyKind.BICYCLE, 0.5 * ROAD.lane_width_m - 0.2, 0.0, replace(ROAD, lanes_left=1))
+    assert min(beside) > 1.0
+    assert max(host.d_m for host in hosts) < 0.0
 
 
 def test_a_bicycle_in_the_lane_is_followed_where_it_leaves_less_than_a_metre() -> None:

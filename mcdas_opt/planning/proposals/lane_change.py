@@ -54,8 +54,12 @@ def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
 
 
 def change_lanes(cycle: Cycle) -> Proposed | None:
-    """Into the lane that is wanted, once that has been announced, as slowly as a person does it; None where none is due."""
-    return _unhurried(cycle, cycle.observed.lane_choice.side) if cycle.observed.lane_choice.is_due else None
+    """Into the lane that is wanted, once that has been announced, as slowly as a person does it; None where none is due, or somebody is
+    passed at that side."""
+    choice = cycle.observed.lane_choice
+    if not choice.is_due or any(one.side is choice.side for one in cycle.passed_in_lane.bodies):
+        return None
+    return _unhurried(cycle, choice.side)
 
 
 def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
