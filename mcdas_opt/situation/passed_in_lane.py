@@ -22,6 +22,8 @@ _ON_SHOULDER_M = 0.6  # so far beyond it for oncoming traffic, where the lane is
 _SETTLES_S = 1.0  # so long oncoming traffic goes on towards the host's lane
 _AHEAD_S, _LEAST_MPS = 8.0, 5.0  # looked ahead, at that speed at least
 _ASIDE_MPS, _HURRIED_ASIDE_MPS = 0.4, 1.0  # that the host goes aside by, and back; for oncoming traffic in its lane
+_HURRIED_LEAST_S = 1.5  # a short way aside is not hurried
+_CLEARLY = 2.5  # standard deviations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +63,8 @@ class PassedInLane:
     @property
     def moving_s(self) -> float:
         """How long the host goes aside, or back."""
-        return abs(self.goal_m - self.offset_m) / self.aside_mps
+        least_s = _HURRIED_LEAST_S if self.aside_mps > _ASIDE_MPS else 0.0
+        return max(abs(self.goal_m - self.offset_m) / self.aside_mps, least_s)
 
     @property
     def ids(self) -> frozenset[str]:
@@ -123,7 +126,7 @@ def _at_the_side(situation: Situation, vehicle: Vehicle, before: frozenset[str])
         side, other = (Side.LEFT, Side.RIGHT) if away_m > 0.0 else (Side.RIGHT, Side.LEFT)
         inner_m, free_m, again = abs(away_m) - 0.5 * track.across_m, half - _BORDER_M, track.id in before
         if is_oncoming(track):
-            inner_m -= max(-side.sign * track.speed_d_mps, 0.0) * _SETTLES_S
+            inner_m -= _drift_m(track, side)
             free_m = _free_m(other, situation, track.s_m)
         asked, is_in_lane = room_asked(track, situation, again=again), inner_m <= half - _INTRUSION_M
         if stands(track):
@@ -140,6 +143,12 @@ def _at_the_side(situation: Situation, vehicle: Vehicle, before: frozenset[str])
             least_m=asked.least_m if is_in_lane else -math.inf,
             wanted_m=asked.wanted_m,
         )
+
+
+def _drift_m(track: Track, side: Side) -> float:
+    """How far oncoming traffic at that side still comes towards the lane, where it clearly does."""
+    towards_mps = -side.sign * track.speed_d_mps
+    return towards_mps * _SETTLES_S if towards_mps > _CLEARLY * math.sqrt(max(float(track.covariance[3, 3]), 0.0)) else 0.0
 
 
 def _free_m(side: Side, situation: Situation, s_m: float) -> float:

@@ -3,9 +3,12 @@ drifted at 0.5 m/s within his own, and was hit by one that was a metre over the 
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from mcdas_opt import load_scene, simulate
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.plan import Plan
@@ -69,3 +72,19 @@ def test_mirrored_he_is_passed_mirrored() -> None:
 def test_he_is_predicted_to_change_lanes_only_once_he_is_over_the_line(d_m: float, changes: bool) -> None:
     coming = Track(id="1", s_m=100.0, d_m=d_m, speed_s_mps=-SPEED_MPS, speed_d_mps=-0.6)
     assert (lane_change(coming, PredictionSettings(), road(1)) is not None) == changes
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_by_radar_he_is_passed_without_weaving(tmp_path: Path, seed: int) -> None:
+    path = tmp_path / "oncoming.toml"
+    path.write_text(
+        "duration_s = 8.0\n[road]\nlane_width_m = 3.5\nlanes_left = 1\nshoulder_right_m = 1.0\nspeed_limit_mps = 22.0\n"
+        "[[road.lane]]\nlane = 1\noncoming = true\n[host]\nspeed_mps = 20.0\n"
+        "[[neighbour]]\ns_m = 230.0\nd_m = 2.0\nheading_rad = 3.14159265\nspeed_mps = 20.0\n"
+        '[sensors]\nfront = "delphi_esr"\nrear = "delphi_esr"\n',
+        "utf-8",
+    )
+    drive = simulate(load_scene(path), seed=seed)
+    assert (drive.outcome, drive.fallbacks) == ("safe", 0)
+    assert drive.min_clearance_m > 0.9
+    assert drive.max_lateral_acceleration_mps2 < 3.2
