@@ -27,8 +27,8 @@ _NEAR_M = _CLOSING_MPS2 * CLOSING_S**2  # as far as that is small
 _NUMBERS = (AS_HARD, _STANDING_MPS, _STOPPING_S, _NEAREST_M, 2.0)
 _NOWHERE = np.zeros(0)
 _BEFORE_LIMIT_S = 0.5  # a lower limit is kept from so long before, since what is driven lags behind
-PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
-STRAIGHTEST_1PM = 1e-6  # what bends less is straight
+_PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
+_STRAIGHTEST_1PM = 1e-6  # what bends less is straight
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +63,9 @@ def profile_ahead(
     limits = [one for one in limits if one[0] < s_m + reach_m]
     if road.is_straight and stops_m > reach_m and all(limit >= fastest_mps for _, limit in limits):
         return None
-    places = _STEP_M * np.arange(math.ceil(reach_m / _STEP_M) + 1)
-    kappa = road.curvature_at(s_m + places)
-    bend = np.maximum(np.abs(kappa / (1.0 - d_m * kappa)), STRAIGHTEST_1PM)
+    places = _STEP_M * np.arange(math.ceil(reach_m / _STEP_M) + 1, dtype=np.float64)
     gained = 2.0 * comfort.bend_braking_mps2 * places  # of the speed's square, on the way
-    free = PATH_SHARE * comfort.lateral_mps2 / bend
+    free = squares_in_bends(road, s_m + places, d_m, comfort.lateral_mps2)
     for (begins_m, limit_mps), (ends_m, _) in pairwise((*limits, (math.inf, 0.0))):
         here = (s_m + places >= begins_m - _BEFORE_LIMIT_S * limit_mps) & (s_m + places < ends_m)
         free[here] = np.minimum(free[here], limit_mps * limit_mps)
@@ -76,6 +74,13 @@ def profile_ahead(
         stopping_mps2 = min(_STOPPING_MPS2, GRIP_SHARE * road.grip_mps2)
         squares = np.minimum(squares, 2.0 * stopping_mps2 * np.maximum(stops_m - places, 0.0))
     return SpeedProfile(s_m, _STEP_M, np.sqrt(squares))
+
+
+def squares_in_bends(road: Road, s_m: Array, d_m: float, lateral_mps2: float) -> Array:
+    """(n,) [m^2/s^2]: the squares of the speeds at which a path along the offset d asks for so much across at these places."""
+    kappa = road.curvature_at(s_m)
+    bend = np.maximum(np.abs(kappa / (1.0 - d_m * kappa)), _STRAIGHTEST_1PM)
+    return np.asarray(_PATH_SHARE * lateral_mps2 / bend)
 
 
 class FrontCar(NamedTuple):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.road import Road
 from mcdas_opt.native.form import SWITCH
-from mcdas_opt.reference.speed_profile import PATH_SHARE, FrontCar, profile_ahead, speeds_along
+from mcdas_opt.reference.speed_profile import FrontCar, profile_ahead, speeds_along
 
 COMFORT = ComfortSettings()
 TIMES_S = 0.1 * np.arange(301)
@@ -33,7 +33,7 @@ def test_bends_are_comfortable_and_reached_by_gentle_braking(road: Road, fastest
     assert np.all(profile.speed_mps**2 * np.abs(kappa / (1.0 - d * kappa)) <= COMFORT.lateral_mps2 * (1.0 + 1e-9))
     falling = np.diff(profile.speed_mps**2)
     assert falling.min() >= -2.0 * COMFORT.bend_braking_mps2 * profile.step_m - 1e-6
-    free = np.sqrt(PATH_SHARE * COMFORT.lateral_mps2 / np.maximum(np.abs(kappa / (1.0 - d * kappa)), 1e-6))
+    free = np.sqrt(0.9 * COMFORT.lateral_mps2 / np.maximum(np.abs(kappa / (1.0 - d * kappa)), 1e-6))
     braked = np.isclose(profile.speed_mps, free) | (np.append(falling, 0.0) < -2.0 * COMFORT.bend_braking_mps2 * profile.step_m + 1e-6)
     assert np.all(braked)  # never slower than it has to be
 

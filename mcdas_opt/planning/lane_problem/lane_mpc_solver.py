@@ -37,7 +37,7 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200
 _OSQP_WARM, _OSQP_COLD, _OSQP_BACKUP = 3, 8, 2  # iterations: from a warm start, from none, where the interior point has no answer
-_SLOWS_MPS = 2.0
+_SLOWS_MPS = 2.0  # by so much slower somewhere on the way is another drive
 _MOST_SHIFTS = 5  # nodes that a warm start is moved on by
 _MARGINS_M = 5.0  # a body's clearance and uncertainty, at most, and some rounding
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine

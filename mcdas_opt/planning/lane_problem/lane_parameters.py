@@ -29,7 +29,7 @@ from mcdas_opt.situation.passed_in_lane import Passed
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
 _SLOWEST_MPS = 1.0
-_PASSING_SPARE_M = 0.25  # of the distance to a person who is passed: the optimiser's bodies are rounded, and so a little wider
+_PASSING_SPARE_M = 0.25  # of the distance to one who is passed: the optimiser's bodies are rounded, and so a little wider
 _RELEASE_S = 0.6  # of brakes that nobody needs any more
 Bumpers = tuple[Array, Array, Array, Array]  # place and speed of one ahead, of one behind (N + 1)
 
@@ -69,8 +69,8 @@ def obstacle_slots(
     motion: BodyMotion | None = None,
     passed: Sequence[Passed] = (),
 ) -> ObstacleSlots:
-    """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates; people
-    who are passed no wider than leaves the host its way."""
+    """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates; whoever
+    goes along or comes, and is passed, no wider than leaves the host its way."""
     rows = together(bodies, times_s) if motion is None else motion
     first = list(zip(*(row[:, 0].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True))
     sizes = list(zip(*(size[:, 0].tolist() for size in sizes_on_road(bodies, rows.heading_rad[:, :1])), strict=True))

@@ -11,7 +11,7 @@ from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.proposals.keep_lane import keep_path
-from mcdas_opt.reference.speed_profile import PATH_SHARE, STRAIGHTEST_1PM
+from mcdas_opt.reference.speed_profile import squares_in_bends
 
 BRAKE_FOR_BEND = "brake-for-bend"
 _BEARABLE = 0.5  # of the road's grip: what a bend may ask for across before it is braked for harder than is comfortable
@@ -26,10 +26,8 @@ def brake_for_bend(cycle: Cycle) -> Proposed | None:
     if road.is_straight:
         return None
     bearable_mps2 = max(_BEARABLE * road.grip_mps2, comfort.on(road.grip_mps2).lateral_mps2)
-    places_m = _STEP_M * np.arange(math.ceil(host.speed_mps**2 / (2.0 * comfort.late_braking_mps2 * _STEP_M)) + 1)
-    kappa = road.curvature_at(host.s_m + places_m)
-    bend = np.maximum(np.abs(kappa / (1.0 - path.target_d_m * kappa)), STRAIGHTEST_1PM)
-    squares = PATH_SHARE * bearable_mps2 / bend
+    places_m = _STEP_M * np.arange(math.ceil(host.speed_mps**2 / (2.0 * comfort.late_braking_mps2 * _STEP_M)) + 1, dtype=np.float64)
+    squares = squares_in_bends(road, host.s_m + places_m, path.target_d_m, bearable_mps2)
     needed = (host.speed_mps**2 - squares) / (2.0 * np.maximum(places_m, _NEAREST_M))
     worst = int(np.argmax(needed))
     if needed[worst] <= comfort.late_braking_mps2:
