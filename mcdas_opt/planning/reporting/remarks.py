@@ -46,10 +46,10 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
 
 
 def _passing(best: Ended, cycle: Cycle) -> str:
-    """Said of driving past somebody who stands at the lane's side."""
+    """Said of driving past somebody at the lane's side."""
     if best.proposed.side is not Side.NONE:
         return ""
-    return "".join(f"; passes {one.track.id} within its lane, {one.gap_m:.1f} m beside it" for one in cycle.passed_in_lane.bodies)
+    return "".join(f"; passes {one.track.id}, {one.gap_m:.1f} m beside it" for one in cycle.passed_in_lane.bodies)
 
 
 def _unwatched(best: Ended, cycle: Cycle) -> str:
