@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import MOST_TRACKS, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import separation_of_poses
+from mcdas_opt.geometry.window import frame_near
 
 _SIGMAS = 3.0
 _OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, cannot both be there
@@ -63,7 +65,7 @@ def believed(
     last = {track.id: track for track in before} if 0.0 < elapsed_s <= _MEMORY_S else {}
     doubts: list[Doubt] = []
     tracks = [_drivable(track, last.get(track.id), doubts) for track in situation.tracks]
-    still = _supposed(tracks, last, supposed, elapsed_s, doubts)
+    still = _supposed(tracks, last, supposed, elapsed_s, situation.road, doubts)
     tracks = _without_duplicates(tracks, last, doubts)
     doubts += _in_one_place(tracks, last)
     tracks = [_beside(track, last.get(track.id), elapsed_s, situation.host, vehicle, doubts) for track in tracks]
@@ -94,7 +96,12 @@ def _drivable(track: Track, last: Track | None, doubts: list[Doubt]) -> Track:
 
 
 def _supposed(
-    tracks: Sequence[Track], last: dict[str, Track], supposed: Sequence[SupposedTrack], elapsed_s: float, doubts: list[Doubt]
+    tracks: Sequence[Track],
+    last: dict[str, Track],
+    supposed: Sequence[SupposedTrack],
+    elapsed_s: float,
+    road: Road,
+    doubts: list[Doubt],
 ) -> list[SupposedTrack]:
     """Who may still be where it was going, though no track is there now."""
     found, changed = [], _changed(tracks, last, elapsed_s)
@@ -108,7 +115,7 @@ def _supposed(
     swapped: set[frozenset[str]] = set()
     for track, then in changed:
         doubt = _jump(track, then, elapsed_s)
-        if doubt is None:
+        if doubt is None or _goes_on_in_the_plane(track, then, elapsed_s, road):
             continue
         expected = then.later(elapsed_s)
         at = _who_is(expected, now, elapsed_s)
@@ -164,6 +171,20 @@ def _jump(track: Track, last: Track, elapsed_s: float) -> Doubt | None:
         return Doubt(kind=DoubtKind.JUMPED, tracks=(track.id,), value=off, unit="m")
     faster = _speed_error(track, last, elapsed_s)
     return None if faster is None else Doubt(kind=DoubtKind.SPEED_JUMPED, tracks=(track.id,), value=faster, unit="m/s")
+
+
+def _goes_on_in_the_plane(track: Track, last: Track, elapsed_s: float, road: Road) -> bool:
+    """Whether its place and speed along a bent road have jumped alone, as those of a body far beside a bend do, and it has moved on in the
+    plane as a car can."""
+    if road.is_straight:
+        return False
+    frame = frame_near(road, last.s_m)
+    x, y, yaw = frame.to_plane(np.array([last.s_m, track.s_m]), np.array([last.d_m, track.d_m]), np.zeros(2))
+    stretch = 1.0 - np.array([last.d_m, track.d_m]) * road.curvature_at([last.s_m, track.s_m])
+    along, across = stretch * np.array([last.speed_s_mps, track.speed_s_mps]), np.array([last.speed_d_mps, track.speed_d_mps])
+    vx, vy = along * np.cos(yaw) - across * np.sin(yaw), along * np.sin(yaw) + across * np.cos(yaw)
+    off = math.hypot(x[1] - x[0] - 0.5 * elapsed_s * (vx[0] + vx[1]), y[1] - y[0] - 0.5 * elapsed_s * (vy[0] + vy[1]))
+    return off <= _JUMP_M and math.hypot(vx[1] - vx[0], vy[1] - vy[0]) <= _JUMP_MPS + _HARDEST_MPS2 * elapsed_s
 
 
 def _place_error(track: Track, expected: Track) -> float | None:

@@ -18,6 +18,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import MOST_TRACKS, Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.situation import doubts
 from mcdas_opt.situation.doubts import Believed, believed
 
@@ -226,3 +227,30 @@ def test_who_is_found_in_arrays_is_the_first_without_an_error(seed: int, elapsed
     errors = [(doubts._place_error(track, expected), doubts._speed_error(track, expected, elapsed_s)) for track in tracks]
     first = next((k for k, error in enumerate(errors) if error == (None, None)), None)
     assert doubts._who_is(expected, doubts._rows(tracks), elapsed_s) == first
+
+
+@given(st.integers(0, 10_000))
+def test_who_goes_straight_on_past_a_tight_bend_has_not_jumped(seed: int) -> None:
+    """Beside a bend places and speeds along the road change in no time, though the body goes straight on in the plane."""
+    rng = np.random.default_rng(seed)
+    road = Road(lane_width_m=3.2, curvature=((0.0, 0.0), (40.0, 0.0), (42.0, 1 / 9), (56.0, 1 / 9), (58.0, 0.0)))
+    frame, (x, y, yaw, v) = frame_near(road, 0.0), rng.uniform([20.0, -40.0, -math.pi, 3.0], [80.0, 40.0, math.pi, 14.0])
+    before: tuple[Track, ...] = ()
+    for k in range(40):
+        at = (np.array([x + 0.1 * k * v * math.cos(yaw)]), np.array([y + 0.1 * k * v * math.sin(yaw)]), np.array([yaw]))
+        s, d, psi = (float(q[0]) for q in frame.to_road(*at))
+        stretch = 1.0 - d * float(road.curvature_at(s))
+        if stretch < 0.3:  # near a bend's centre nothing has a place along the road
+            before = ()
+            continue
+        now = Track(
+            id="1",
+            s_m=s,
+            d_m=d,
+            speed_s_mps=v * math.cos(psi) / stretch,
+            speed_d_mps=v * math.sin(psi),
+            heading_rad=math.remainder(psi, math.tau),
+        )
+        situation = Situation(host=HostState(speed_mps=5.0), road=road, tracks=(now,), coverage=Coverage())
+        assert not [one for one in believed(situation, before, 0.1, (), CAR).doubts if one.kind is DoubtKind.JUMPED]
+        before = (now,)
