@@ -39,6 +39,8 @@ class Situation:
     `vehicle` names the host's car (a shipped vehicle or a path; None: whichever the planner has, the sedan where it has none);
     `desired_speed_mps` defaults to the host's speed: in a loop, to what it is in that cycle, so that who was slowed down stays slow.
     `destination`: where to be, and when, if that matters; times are those of `time_s`.
+    `stop_line_s_m` is where the front bumper is to wait now, as at a red light or for who has the right of way: a host that nobody presses
+    stops before it as is comfortable. It is no wall: who closes in from behind may be escaped from across it. None: it need not wait.
     """
 
     time_s: float = 0.0
@@ -50,6 +52,7 @@ class Situation:
     desired_speed_mps: float | None = None
     request: Request = Request.DRIVE
     destination: Destination | None = None
+    stop_line_s_m: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time_s", finite("time_s", self.time_s, "s"))
@@ -60,6 +63,8 @@ class Situation:
             require_type("vehicle", self.vehicle, str)
         if self.destination is not None:
             require_type("destination", self.destination, Destination)
+        if self.stop_line_s_m is not None:
+            object.__setattr__(self, "stop_line_s_m", within("stop_line_s_m", self.stop_line_s_m, -2.0 * FARTHEST_M, 2.0 * FARTHEST_M, "m"))
         object.__setattr__(self, "tracks", all_of("tracks", self.tracks, Track))
         if len(self.tracks) > MOST_TRACKS:
             raise ParameterError("tracks", len(self.tracks), f"must be at most {MOST_TRACKS}: a planner's work is bounded")

@@ -10,11 +10,12 @@ from mcdas_opt.domain.vehicle import Vehicle
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
+_STOPPING_MPS2, _AT_THE_LINE_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it
 
 
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
     """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
-    the least headway is enough.
+    the least headway is enough. Before a stop line, at which he has to wait himself, whoever can stop behind the host.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
@@ -33,10 +34,19 @@ def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings
     host = situation.host
     gap = host.s_m - track.s_m - 0.5 * (track.length_m + vehicle.length_m)
     closing = max(track.speed_s_mps - host.speed_mps, 0.0)
-    if track.id in before:
+    if track.id in before or waits_at_a_line(situation, vehicle):
         if closing > _HARDLY_MPS and track.acceleration_s_mps2 >= 0.0 and gap <= _SOON_S * closing:
             return False
         asked = max(settings.safe_end.follower_demand_mps2, track.braking_seen_mps2)
         return gap > 0.0 and closing * closing <= 2.0 * asked * gap
     share = LEAST_SHARE if closing <= _HARDLY_MPS else 1.0
     return closing <= _CLOSING_MPS and gap >= settings.headway.gap_m(track.speed_s_mps, share)
+
+
+def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
+    """Whether the host stands at its stop line, or has to brake for it now."""
+    host, line_m = situation.host, situation.stop_line_s_m
+    if line_m is None:
+        return False
+    way_m = line_m - host.s_m - 0.5 * vehicle.length_m
+    return 0.0 <= way_m <= _AT_THE_LINE_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)

@@ -31,6 +31,7 @@ _STANDING_MPS = 0.4
 _PASSING_MPS2, _LEAST_WAY_M = 0.8, 1.0  # slowing down for who stands at the lane's side is begun when it takes so much
 _SLOWER_MPS = 1.0  # than a front car that brakes
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
+_BEFORE_A_LINE_M = 1.0  # beside the gap at standstill
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
 
 
@@ -215,18 +216,17 @@ def _stops_within_m(cycle: Cycle, d_m: float) -> float:
     """The way to where its lane ends, or is not known to be free where nobody watches ahead."""
     blind, host = cycle.observed.blind_ahead, cycle.situation.host
     if blind is None or not blind.slows:
-        return _lane_end_ahead_m(cycle, d_m)
+        return _end_ahead_m(cycle, d_m)
     free_m = blind.free_to_m - host.s_m - 0.5 * cycle.vehicle.length_m - cycle.settings.headway.standstill_m
-    return min(_lane_end_ahead_m(cycle, d_m), max(free_m, 0.0))
+    return min(_end_ahead_m(cycle, d_m), max(free_m, 0.0))
 
 
-def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:
-    """The way to where a host along the offset d stops before its lane ends, which one that is none to drive in does nowhere."""
-    host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
-    if not road.lanes:
-        return math.inf
-    lane = road.lane_of(d_m, host.s_m)
-    if road.is_for_others(lane):
-        return math.inf
-    end = road.lane_ends_m(lane, host.s_m, vehicle.width_m)
-    return max(end - host.s_m - 0.5 * vehicle.length_m - cycle.settings.headway.standstill_m, 0.0)
+def _end_ahead_m(cycle: Cycle, d_m: float) -> float:
+    """The way to where a host along the offset d stops before its lane ends, which one that is none to drive in does nowhere, or before
+    the line at which it has to wait."""
+    host, road, vehicle, line_m = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.situation.stop_line_s_m
+    front_m, lane = host.s_m + 0.5 * vehicle.length_m, road.lane_of(d_m, host.s_m)
+    end = math.inf if road.is_for_others(lane) else road.lane_ends_m(lane, host.s_m, vehicle.width_m)
+    if line_m is not None and line_m >= front_m:
+        end = min(end, line_m - _BEFORE_A_LINE_M)
+    return max(end - front_m - cycle.settings.headway.standstill_m, 0.0)

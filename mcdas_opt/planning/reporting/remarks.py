@@ -9,6 +9,7 @@ from mcdas_opt.planning.lanes.required_lane import RequiredLane
 from mcdas_opt.planning.proposals.brake_for_bend import BRAKE_FOR_BEND
 from mcdas_opt.planning.proposals.keep_lane import BRAKE
 from mcdas_opt.planning.proposals.unwatched import unwatched
+from mcdas_opt.situation.attentive_followers import waits_at_a_line
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 
@@ -63,7 +64,9 @@ def _unwatched(best: Ended, cycle: Cycle) -> str:
 
 
 def _stop(best: Ended, cycle: Cycle) -> str:
-    """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
+    """Said of a stop at a line, and of braking that somebody's braking ahead asks for, though nobody comes near."""
+    if cycle.is_ordinary and waits_at_a_line(cycle.situation, cycle.vehicle):
+        return "; waits at the stop line"
     stops = best.proposed.name == BRAKE and cycle.is_ordinary and cycle.front_braking.is_to_the_limit
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
 

@@ -29,7 +29,8 @@ def seen_locally(given: Situation, origin_m: float) -> Situation:
         return replace(given, time_s=0.0, tracks=tuple(near), destination=destination)
     tracks = tuple(track.seen_from(origin_m) for track in near)
     host, road = given.host.seen_from(origin_m), given.road.seen_from(origin_m)
-    return replace(given, time_s=0.0, host=host, tracks=tracks, road=road, destination=destination)
+    line_m = None if given.stop_line_s_m is None else given.stop_line_s_m - origin_m
+    return replace(given, time_s=0.0, host=host, tracks=tracks, road=road, destination=destination, stop_line_s_m=line_m)
 
 
 def in_order(given: Situation) -> Situation:
