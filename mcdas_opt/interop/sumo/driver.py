@@ -25,6 +25,7 @@ from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connec
 from mcdas_opt.interop.sumo.record import Contact, SumoSummary, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import keeps_left, read_route
+from mcdas_opt.interop.sumo.stop_lines import StopLines
 from mcdas_opt.interop.sumo.traffic import Traffic, centres
 from mcdas_opt.planning.method import Method
 from mcdas_opt.planning.planner import Planner
@@ -84,6 +85,7 @@ class SumoDriver:
             self._frame = self._begun()
             self._traffic = Traffic(connection, ego, look_m)
             self._traffic.subscribe()
+            self._stop_lines = StopLines(connection.lane)
         self.planner = None if method == SUMO else Planner(self.vehicle, method, settings=settings)
         self.name = SUMO if self.planner is None else self.planner.name
         self._tracking, self._since, self._taken = FeedForward(), 0, False
@@ -146,6 +148,8 @@ class SumoDriver:
     def situation(self) -> Situation:
         """What a planner is told at this moment."""
         frame, state, now = self._frame, self._state, self._time_s()
+        front_s_m, hardest = state.s_m + 0.5 * self.vehicle.length_m, -self.vehicle.acceleration_min_mps2
+        line_m = self._stop_lines.next_m(frame, front_s_m, state.speed_mps, hardest)
         road = self._road()
         others = self._traffic.around(frame, state.s_m, now)
         if len(others) > MOST_TRACKS:
@@ -158,6 +162,7 @@ class SumoDriver:
             road=road,
             vehicle=self.vehicle.name,
             desired_speed_mps=road.speed_limit_mps if self._desired_mps is None else self._desired_mps,
+            stop_line_s_m=line_m,
         )
 
     def _drive(self, planner: Planner) -> None:

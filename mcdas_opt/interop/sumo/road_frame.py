@@ -16,17 +16,17 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.interop.commonroad.lane_line import Placement
 from mcdas_opt.interop.sumo.connection import LaneDomain
+from mcdas_opt.interop.sumo.road_line import line_along
 from mcdas_opt.interop.sumo.route import Edge
 
-_KNOT_M, _SAMPLE_M = 5.0, 1.0
-_SMOOTH_M = 15  # samples of the moving average over headings
-_RETURN_1PM = 1.0 / 25.0  # how fast the line comes back to the lane's middle: critically damped
-_STRAIGHT_1PM = 3e-6  # less curvature than this is none
+_SAMPLE_M = 1.0
+_UNFOLDED = 1.2  # a bend's radius, at least, of what lies inside it: nearer to its centre a road would fold over itself
 _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
 _WINDOW_M, _STRIDE_M = (300.0, 800.0), 100.0
 _WIDENS_M = 5.0  # a lane comes to another width within so much
+_TIGHT_1PM = 1.0 / 25.0
+_TURNING_M = 0.8  # of a junction's surface to either side of a lane that turns so tightly there
 _CLOSED_M = 1.0  # the least that is closed where a lane leads nowhere
 
 
@@ -57,13 +57,16 @@ class RoadFrame:
         pieces = [self._middle(edge) for edge in edges]
         parts = (part for piece, edge in zip(pieces, edges, strict=True) for part in (piece, *_through(lanes, edge, base)))
         line = _even(np.concatenate(list(parts)))
-        self.placement, self._knots = _followed(line)
+        columns = [column for edge in edges for column in edge.columns]
+        inside_m = ((k + 0.5) * self.lane_width_m + 2.0 * _TURNING_M for k in (base - min(columns), max(columns) - base))
+        self.placement, self._knots = line_along(line, *(_UNFOLDED * m for m in inside_m))
         self._frame = FrenetFrame(
             road=Road(curvature=self._knots), s_min_m=-_BEYOND_M, s_max_m=self._knots[-1][0] + _BEYOND_M
         )  # fmt: skip
         ends = [self._along(piece) for piece in pieces]
         self.sections = tuple(Section(edge=edge, begin_m=begin, end_m=end) for edge, (begin, end) in zip(edges, ends, strict=True))
         self._begins = [section.begin_m for section in self.sections]
+        self._turning = {k: self._nearest_on(k) for k in range(len(edges) - 1) if self._bends(self.sections[k].end_m, self._begins[k + 1])}
         self._road = lru_cache(maxsize=8)(self._window)
 
     @property
@@ -130,7 +133,7 @@ class RoadFrame:
         closed: list[tuple[float, float]] = []
         widths: list[tuple[float, float]] = []
         limits: list[tuple[float, float]] = []
-        merges, far_m = Side.NONE, self.end_m + _BEYOND_M
+        own, merges, far_m = column == self.base, Side.NONE, self.end_m + _BEYOND_M
         for k in there:
             section, begins_m = self.sections[k], self._begins[k]
             until_m = self._begins[k + 1] if k + 1 < there.stop else math.inf
@@ -140,18 +143,21 @@ class RoadFrame:
             if lane is None:
                 is_left, shut = section.edge.columns.start > column, (begins_m, min(until_m, far_m))
             else:
-                at_m = widths[-1][0] if widths else -math.inf
-                widths += [(s_m, lane.width_m) for s_m in (begins_m + _WIDENS_M, section.end_m) if s_m > at_m]
+                at_m, width_m = widths[-1][0] if widths else -math.inf, self.lane_width_m if own else lane.width_m
+                pieces = [(begins_m + _WIDENS_M, width_m), (section.end_m, width_m)]
+                if self._turning.get(k) == column:
+                    wide_m = width_m + 2.0 * _TURNING_M
+                    pieces[1:] = [(section.end_m - _WIDENS_M, width_m), (section.end_m, wide_m), (self._begins[k + 1], wide_m)]
+                widths += [knot for knot in pieces if knot[0] > at_m]
                 if k + 1 == len(self.sections) or (lane.goes_on and column in self.sections[k + 1].edge.columns):
                     continue
                 is_left, shut = self._leads_on_left(k, column), (section.end_m, max(min(until_m, far_m), section.end_m + _CLOSED_M))
-            if column == self.base or is_left == (column < self.base):
+            if own or is_left == (column < self.base):
                 merges = Side.LEFT if is_left else Side.RIGHT
                 closed.append(shut)
-        own = column == self.base
         return Lane(
             lane=column - self.base,
-            width_m=() if own or {width for _, width in widths} <= {self.lane_width_m} else tuple(widths),
+            width_m=() if {width for _, width in widths} <= {self.lane_width_m} else tuple(widths),
             speed_limit_mps=tuple(limits),
             closed_m=_joined(closed),
             merges=merges if own and closed else Side.NONE,
@@ -162,6 +168,15 @@ class RoadFrame:
         after = self.sections[k + 1].edge.columns
         on = [lane.column for lane in self.sections[k].edge.lanes if lane.goes_on and lane.column in after]
         return bool(on) and min(on, key=lambda one: abs(one - column)) > column
+
+    def _nearest_on(self, k: int) -> int:
+        """The column nearest to the base that goes on from a section."""
+        on = [lane.column for lane in self.sections[k].edge.lanes if lane.goes_on]
+        return min(on, key=lambda one: abs(one - self.base), default=self.base)
+
+    def _bends(self, begin_m: float, end_m: float) -> bool:
+        """Whether a stretch is too tight for a car to stay in a lane of usual width."""
+        return any(abs(kappa) > _TIGHT_1PM for s_m, kappa in self._knots if begin_m <= s_m <= end_m)
 
     def _middle(self, edge: Edge) -> Array:
         """Of the base on an edge, or of where it would be."""
@@ -223,38 +238,3 @@ def _even(points: Array) -> Array:
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     even = np.linspace(0.0, along[-1], max(round(along[-1] / _SAMPLE_M), 8) + 1)
     return np.column_stack([np.interp(even, along, line[:, i]) for i in (0, 1)])
-
-
-def _followed(points: Array) -> tuple[Placement, tuple[tuple[float, float], ...]]:
-    """A line of piecewise linear curvature that stays with the points: their own curvature, and feedback of how far off it is.
-
-    The knots' curvature is what the points have there, less the heading's and the offset's error, as a driver steers; so the line never
-    drifts away, however long it is.
-    """
-    way = np.diff(points, axis=0)
-    heading = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
-    half = _SMOOTH_M // 2
-    padded = np.concatenate([np.full(half, heading[0]), heading, np.full(half, heading[-1])])
-    smooth = np.convolve(padded, np.full(_SMOOTH_M, 1.0 / _SMOOTH_M), mode="valid")
-    bent = np.gradient(smooth) / _SAMPLE_M
-    step = float(np.hypot(*way[0]))
-    knots, s = [(-1.0, 0.0), (0.0, 0.0)], 0.0
-    x, y, theta = float(points[0, 0]), float(points[0, 1]), float(heading[0])
-    first, kappa, inside = theta, 0.0, round(_KNOT_M / 0.5)
-    while s < step * (len(points) - 1) - _KNOT_M:
-        k = min(int(s / step), len(heading) - 1)
-        dx, dy = x - points[k, 0], y - points[k, 1]
-        across = -dx * math.sin(smooth[k]) + dy * math.cos(smooth[k])
-        wanted = float(bent[min(k + round(_KNOT_M), len(bent) - 1)])
-        wanted -= 2.0 * _RETURN_1PM * (theta - float(smooth[k])) + _RETURN_1PM**2 * across
-        wanted = 0.0 if abs(wanted) < _STRAIGHT_1PM else wanted
-        slope = (wanted - kappa) / _KNOT_M
-        for i in range(inside):
-            middle = (i + 0.5) * _KNOT_M / inside
-            turn = theta + kappa * middle + 0.5 * slope * middle**2
-            x, y = x + math.cos(turn) * _KNOT_M / inside, y + math.sin(turn) * _KNOT_M / inside
-        theta += kappa * _KNOT_M + 0.5 * slope * _KNOT_M**2
-        s, kappa = s + _KNOT_M, wanted
-        knots.append((s, kappa))
-    knots.append((s + _KNOT_M, 0.0))
-    return Placement(x_m=float(points[0, 0]), y_m=float(points[0, 1]), yaw_rad=first), tuple(knots)

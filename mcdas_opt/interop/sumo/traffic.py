@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import ALIGNED_RAD, Track
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.interop.sumo.connection import (
     ABOARD,
@@ -28,8 +28,12 @@ from mcdas_opt.interop.sumo.connection import (
 from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.simulation.ordinary import Placed
 from mcdas_opt.tracking.acceleration import AccelerationFilter
+from mcdas_opt.tracking.turn_rate import TurnRateFilter
 
 _LEVEL_M = 3.0  # who is farther above or below is on another road
+_BESIDE_M = 80.0  # of our lanes' middles: who is on other edges is seen as far as that to the sides
+_LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
+_KINDS = {"bicycle": BodyKind.BICYCLE, "motorcycle": BodyKind.MOTORCYCLE, "moped": BodyKind.MOTORCYCLE}  # of SUMO's vehicle classes
 _SPEED_SD_MPS = 0.1  # of an exact speed, for the filter that learns the acceleration from it
 
 
@@ -61,35 +65,45 @@ class Traffic:
             return ()
         x, y, yaw = centres(near.values())
         s, d, psi = frame.to_road(x, y, yaw, near_s_m=s_m)
-        bodies = []
+        bodies, kept = [], {}
         for k, (name, facts) in enumerate(near.items()):
-            if not -self.look_m[1] <= s[k] - s_m <= self.look_m[0] or not _on_road(frame, float(s[k]), float(d[k]), facts):
+            at_m, across_m, heading = float(s[k]), float(d[k]), math.remainder(float(psi[k]), 2.0 * math.pi)
+            stretch = 1.0 - across_m * frame.curvature_at(at_m)
+            if (
+                not -self.look_m[1] <= at_m - s_m <= self.look_m[0]
+                or stretch < _LEAST_STRETCH
+                or not _is_near(frame, at_m, across_m, facts)
+            ):
                 continue
-            kind = BodyKind.PEDESTRIAN if ABOARD in facts else None
-            column_at = frame.column_at if kind is None else frame.column_beside
-            stretch = max(1.0 - float(d[k]) * frame.curvature_at(float(s[k])), 0.1)
-            bodies.append(
-                Placed(
-                    id=name,
-                    s_m=float(s[k]),
-                    d_m=float(d[k]),
-                    heading_rad=float(psi[k]),
-                    speed_mps=float(facts[SPEED]) * math.cos(float(psi[k])) / stretch,
-                    acceleration_mps2=float(facts[ACCELERATION]),
-                    length_m=float(facts[LENGTH]),
-                    width_m=float(facts[WIDTH]),
-                    lane=column_at(float(s[k]), float(d[k])),
-                    kind=kind,
-                )
+            seen = self._seen.get(name) or _Seen(first_s=time_s, kind=self._kind(name, facts))
+            seen.is_on_route = seen.kind is not BodyKind.PEDESTRIAN and _edge(facts) == frame.section_at(at_m).edge.id
+            column_at = frame.column_at if seen.is_on_route else frame.column_beside
+            body = Placed(
+                id=name,
+                s_m=at_m,
+                d_m=across_m,
+                heading_rad=heading,
+                speed_mps=float(facts[SPEED]) * math.cos(heading) / stretch,
+                acceleration_mps2=float(facts[ACCELERATION]),
+                length_m=float(facts[LENGTH]),
+                width_m=float(facts[WIDTH]),
+                lane=column_at(at_m, across_m),
+                kind=seen.kind,
             )
-        self._learn(bodies, time_s)
+            seen.take(time_s, body, float(facts[SPEED]), float(yaw[k]))
+            bodies.append(body)
+            kept[name] = seen
+        self._seen = kept
         return tuple(bodies)
 
     def tracks(self, bodies: tuple[Placed, ...], time_s: float) -> Iterator[Track]:
-        """As a planner is told of them: exact places and speeds, the acceleration that their speed has shown."""
+        """As a planner is told of them: exact places, headings and speeds, the acceleration and the turn rate that these have shown. Who
+        drives along the host's route has no heading, unless it is clearly turned from it: it follows the road."""
         for body in bodies:
             seen = self._seen[body.id]
             acceleration, sd = seen.speed.at(time_s)
+            follows = seen.is_on_route and abs(body.heading_rad) <= ALIGNED_RAD
+            turn_rate, turn_sd = (0.0, None) if follows else seen.turning.at(time_s)
             yield Track(
                 id=body.id,
                 s_m=body.s_m,
@@ -101,9 +115,14 @@ class Traffic:
                 age_s=time_s - seen.first_s,
                 acceleration_s_mps2=acceleration,
                 acceleration_s_sd_mps2=sd,
-                heading_rad=None if body.kind is None else body.heading_rad,
+                heading_rad=None if follows else body.heading_rad,
                 kind=body.kind,
+                turn_rate_radps=turn_rate,
+                turn_rate_sd_radps=turn_sd,
             )
+
+    def _kind(self, name: str, facts: Mapping[int, Any]) -> BodyKind | None:
+        return BodyKind.PEDESTRIAN if ABOARD in facts else _KINDS.get(self.sumo.vehicle.getVehicleClass(name))
 
     def _found(self) -> dict[str, Mapping[int, Any]]:
         """What SUMO says of each. People are told apart by name: a vehicle may be called alike, and SUMO answers for both in one."""
@@ -129,32 +148,31 @@ class Traffic:
             ACCELERATION: 0.0,
         }
 
-    def _learn(self, bodies: list[Placed], time_s: float) -> None:
-        kept = {}
-        for body in bodies:
-            seen = self._seen.get(body.id) or _Seen(first_s=time_s, across_mps=body.speed_mps * math.tan(body.heading_rad))
-            seen.take(time_s, body)
-            kept[body.id] = seen
-        self._seen = kept
-
 
 @dataclass(slots=True)
 class _Seen:
-    """What a vehicle's past tells: its speed across the road, and its acceleration."""
+    """What a vehicle's past tells: its speed across the road, its acceleration, and how fast it turns."""
 
     first_s: float
-    across_mps: float
+    kind: BodyKind | None
+    is_on_route: bool = True
+    across_mps: float = 0.0
     time_s: float = -math.inf
     d_m: float = 0.0
     speed: AccelerationFilter = field(default_factory=AccelerationFilter)
+    turning: TurnRateFilter = field(default_factory=TurnRateFilter)
 
-    def take(self, time_s: float, body: Placed) -> None:
+    def take(self, time_s: float, body: Placed, speed_mps: float, yaw_rad: float) -> None:
+        """`body`, as fast as that in the plane, where it points to `yaw_rad`."""
         if time_s <= self.time_s:
             return
-        if math.isfinite(self.time_s):
+        if self.is_on_route and math.isfinite(self.time_s):
             self.across_mps = (body.d_m - self.d_m) / (time_s - self.time_s)
+        else:
+            self.across_mps = speed_mps * math.sin(body.heading_rad)
         self.time_s, self.d_m = time_s, body.d_m
         self.speed.take(time_s, body.speed_mps, _SPEED_SD_MPS**2)
+        self.turning.take(time_s, yaw_rad)
 
 
 def centres(found: Any) -> tuple[Any, Any, Any]:
@@ -166,10 +184,14 @@ def centres(found: Any) -> tuple[Any, Any, Any]:
     return x - 0.5 * length * np.cos(yaw), y - 0.5 * length * np.sin(yaw), yaw
 
 
-def _on_road(frame: RoadFrame, s_m: float, d_m: float, facts: Any) -> bool:
-    """On an edge of the route; or on another, but with its body over our lanes, or beside them within a lane's width."""
+def _edge(facts: Mapping[int, Any]) -> str:
+    return str(facts[LANE_ID]).rpartition("_")[0]
+
+
+def _is_near(frame: RoadFrame, s_m: float, d_m: float, facts: Mapping[int, Any]) -> bool:
+    """On an edge of the route, or within `_BESIDE_M` of its lanes."""
     section = frame.section_at(s_m)
-    if str(facts[LANE_ID]).rpartition("_")[0] == section.edge.id:
-        return True
-    columns, reach = section.edge.columns, frame.lane_width_m + 0.5 * float(facts[WIDTH])
-    return frame.centre_m(columns.start, s_m) - reach <= d_m <= frame.centre_m(columns.stop - 1, s_m) + reach
+    columns = section.edge.columns
+    return _edge(facts) == section.edge.id or (
+        frame.centre_m(columns.start, s_m) - _BESIDE_M <= d_m <= frame.centre_m(columns.stop - 1, s_m) + _BESIDE_M
+    )
