@@ -17,7 +17,7 @@ _MOST_SEEDS, _DIGITS = 100_000, 10
 
 
 def sumo(
-    config: Annotated[str, typer.Argument(metavar="CONFIG", help="A .sumocfg, or the name of a shipped one (motorway, bends).")],
+    config: Annotated[str, typer.Argument(metavar="CONFIG", help="A .sumocfg, or the name of a shipped one (motorway, bends, town).")],
     ego: Annotated[str, typer.Option("--ego", help="Id of the vehicle to drive; it must be in the configuration.")] = "ego",
     seeds: Annotated[str, typer.Option("--seeds", help="SUMO's seeds: 0-40, or 3, or 1,5,9.")] = "0-4",
     planner: PlannerOption = "mpc",

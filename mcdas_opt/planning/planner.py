@@ -229,10 +229,12 @@ class Planner:
         road: Road | None = None,
         desired_speed_mps: float | None = None,
         request: Request = Request.DRIVE,
+        stop_line_s_m: float | None = None,
     ) -> Plan:
         """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out.
 
-        `desired_speed_mps` left out is the host's speed now, of each cycle anew: who was slowed down stays slow. Say it in each cycle.
+        `desired_speed_mps` left out is the host's speed now, of each cycle anew: who was slowed down stays slow. Say it in each cycle, as
+        `stop_line_s_m`, where the front bumper is to wait now.
         What nobody can be tracked by (a clock that does not go on, a host whose place moves otherwise than its speed says, a radar whose
         returns never become a track) is said once, by a `MeasurementWarning`; its sectors count as not watched, but for a radar whose range
         rates alone are wrong.
@@ -242,6 +244,5 @@ class Planner:
         require_type_if_given("road", road, Road)
         with self._one_thread.inside():
             believed, _ = self.sensing.believed(host, now, road, self.previous)
-            return self.plan(
-                self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
-            )
+            situation = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
+            return self.plan(situation if stop_line_s_m is None else replace(situation, stop_line_s_m=stop_line_s_m))

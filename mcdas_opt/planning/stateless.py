@@ -63,6 +63,7 @@ def step(
     planner: PlannerName | str = "mpc",
     desired_speed_mps: float | None = None,
     request: Request = Request.DRIVE,
+    stop_line_s_m: float | None = None,
     settings: Settings | None = None,
 ) -> Plan:
     """From scans to a judged plan, of a planner that begins: tracks are made of these scans alone, each seen from where the host is `now`.
@@ -72,7 +73,8 @@ def step(
     `ParameterError` for what is not known.
     """
     begun = _begun(vehicle, planner, settings)
-    return begun.step(measurements, host, now, road=road or Road(), desired_speed_mps=desired_speed_mps, request=request)
+    told = {"desired_speed_mps": desired_speed_mps, "stop_line_s_m": stop_line_s_m}
+    return begun.step(measurements, host, now, road=road or Road(), request=request, **told)
 
 
 def _begun(vehicle: str | Vehicle, name: str, settings: Settings | None) -> Planner:

@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.stateless import plan
+from mcdas_opt.planning.stateless import plan, step
 
 FRONT_M = 2.25  # of the sedan, from its middle
 FOLLOWER = Track(id="follower", s_m=-70.0, d_m=0.0, speed_s_mps=13.0)
@@ -86,3 +86,10 @@ def test_a_line_is_a_place(line: object) -> None:
 def test_it_goes_into_the_document_and_comes_back() -> None:
     situation = Situation(host=HostState(), coverage=Coverage(), stop_line_s_m=31.5)
     assert Situation.from_json(situation.to_json()).stop_line_s_m == 31.5
+
+
+def test_step_takes_it_too() -> None:
+    host, road = HostState(speed_mps=10.0), Road(lanes_left=0, lanes_right=0)
+    waits, drives = (step([], host, 0.0, road=road, desired_speed_mps=10.0, stop_line_s_m=line) for line in (25.0, None))
+    assert "waits at the stop line" in waits.reason
+    assert "stop line" not in drives.reason
