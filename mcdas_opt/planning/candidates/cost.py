@@ -34,6 +34,7 @@ class CostWeights:
     unneeded_lane_change: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
     inconsiderate: float = 6.0  # once, where that asks a follower for more braking than manners allow
     headway: float = 1.0  # per (share of the front distance asked for that is missing)^2
+    stop_line: float = 40.0  # once, for driving over the line at which the host has to wait
     people: float = 100.0  # per (metre missing of the distance that being faster than people asks for)^2
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
@@ -68,6 +69,9 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
     if cycle.people:
         rate = rate + weights.people * _missing_beside_people(near, cycle) ** 2
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
+    if cycle.line_ahead_m is not None:
+        over = near.tables[:, 1, -1] > cycle.line_ahead_m - 0.5 * cycle.vehicle.length_m
+        totals = [total + weights.stop_line * is_over for total, is_over in zip(totals, over.tolist(), strict=True)]
     if not others.ends:
         return totals
     ends, gaps = drives[:, 1:5, -1].tolist(), near.separation_m[:, :, -1].tolist()

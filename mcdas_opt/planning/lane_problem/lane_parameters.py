@@ -17,7 +17,7 @@ from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import CROSSING_MPS
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.axle_limits import AxleLimits, driving_mps2
 from mcdas_opt.ocp.lane_mpc import CENTRE, FAR_M, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Proposed
@@ -157,7 +157,7 @@ def proposal_values(
         "ref_bend_width": path.bend_width_m,
         "speed_ref": proposed.speed_mps if proposed.speeds_mps is None else proposed.speeds_mps,
         **_bounds(situation, vehicle, proposed, guess_s),
-        **_lane_end(situation, vehicle, proposed),
+        **_end_ahead(situation, vehicle, proposed),
         **_headway(situation, vehicle, others, proposed, times_s, headway or HeadwaySettings()),
         **_comfort(situation, vehicle, proposed, times_s, comfort or ComfortSettings()),
     }
@@ -187,13 +187,17 @@ def _bounds(situation: Situation, vehicle: Vehicle, proposed: Proposed, guess_s:
     return {"left_edge": left, "right_edge": right, **slopes}
 
 
-def _lane_end(situation: Situation, vehicle: Vehicle, proposed: Proposed) -> dict[str, Any]:
-    """Who keeps a lane that ends stops before; nothing where it is too narrow already."""
-    road, host = situation.road, situation.host
-    if not road.lanes or proposed.manoeuvre is not None:
-        return {}
-    end = road.ends_m(road.lane_of(proposed.path.start_d_m, host.s_m), host.s_m, vehicle.width_m) - _ROAD_END_GAP_M
-    return {"road_end": min(end, FAR_M)} if end > host.s_m + 0.5 * vehicle.length_m else {}
+def _end_ahead(situation: Situation, vehicle: Vehicle, proposed: Proposed) -> dict[str, Any]:
+    """Who keeps a lane that ends stops before, nothing where it is too narrow already; and before a stop line, who does not
+    escape from somebody."""
+    road, host, line_m = situation.road, situation.host, situation.stop_line_s_m
+    front_m, ends_m = host.s_m + 0.5 * vehicle.length_m + _ROAD_END_GAP_M, []
+    if road.lanes and proposed.manoeuvre is None:
+        ends_m.append(road.ends_m(road.lane_of(proposed.path.start_d_m, host.s_m), host.s_m, vehicle.width_m))
+    if line_m is not None and proposed.mode not in (Mode.ACCELERATE, Mode.EVADE):
+        ends_m.append(line_m if road.road_end_s_m is None else min(line_m, road.road_end_s_m))
+    end = min((end for end in ends_m if end > front_m), default=None)
+    return {} if end is None else {"road_end": min(end - _ROAD_END_GAP_M, FAR_M)}
 
 
 def _headway(

@@ -21,6 +21,7 @@ from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
+from mcdas_opt.situation.attentive_followers import waits_at_a_line
 from mcdas_opt.situation.passed_in_lane import Passed
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
@@ -170,9 +171,13 @@ def _going_on(track: Track, times_s: Array) -> tuple[Array, Array]:
 
 
 def _stands(cycle: Cycle) -> bool:
-    assessment, front_mps = cycle.assessment, cycle.assessment.front_speed_mps
-    both_stand = front_mps is not None and abs(front_mps) < _STANDING_MPS and cycle.situation.host.speed_mps < _STANDING_MPS
-    return both_stand and assessment.front_gap_m < cycle.settings.headway.standstill_m + _CLOSED_UP_M
+    """Whether the host stands, and stays: behind somebody who stands, or at its stop line."""
+    assessment, front_mps, host_mps = cycle.assessment, cycle.assessment.front_speed_mps, cycle.situation.host.speed_mps
+    if host_mps >= _STANDING_MPS:
+        return False
+    closed_up_m = cycle.settings.headway.standstill_m + _CLOSED_UP_M
+    at_the_line = waits_at_a_line(cycle.situation, cycle.vehicle) and _end_ahead_m(cycle, cycle.situation.host.d_m) < _CLOSED_UP_M
+    return at_the_line or (front_mps is not None and abs(front_mps) < _STANDING_MPS and assessment.front_gap_m < closed_up_m)
 
 
 def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedProfile | None:
@@ -224,9 +229,9 @@ def _stops_within_m(cycle: Cycle, d_m: float) -> float:
 def _end_ahead_m(cycle: Cycle, d_m: float) -> float:
     """The way to where a host along the offset d stops before its lane ends, which one that is none to drive in does nowhere, or before
     the line at which it has to wait."""
-    host, road, vehicle, line_m = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.situation.stop_line_s_m
+    host, road, vehicle, line_m = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.line_ahead_m
     front_m, lane = host.s_m + 0.5 * vehicle.length_m, road.lane_of(d_m, host.s_m)
     end = math.inf if road.is_for_others(lane) else road.lane_ends_m(lane, host.s_m, vehicle.width_m)
-    if line_m is not None and line_m >= front_m:
+    if line_m is not None:
         end = min(end, line_m - _BEFORE_A_LINE_M)
     return max(end - front_m - cycle.settings.headway.standstill_m, 0.0)
