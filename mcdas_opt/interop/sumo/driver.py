@@ -25,7 +25,7 @@ from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connec
 from mcdas_opt.interop.sumo.record import Contact, SumoSummary, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import keeps_left, read_route
-from mcdas_opt.interop.sumo.stop_lines import StopLines
+from mcdas_opt.interop.sumo.stop_lines import next_stop_line_m
 from mcdas_opt.interop.sumo.traffic import Traffic, centres
 from mcdas_opt.planning.method import Method
 from mcdas_opt.planning.planner import Planner
@@ -85,7 +85,6 @@ class SumoDriver:
             self._frame = self._begun()
             self._traffic = Traffic(connection, ego, look_m)
             self._traffic.subscribe()
-            self._stop_lines = StopLines(connection.lane)
         self.planner = None if method == SUMO else Planner(self.vehicle, method, settings=settings)
         self.name = SUMO if self.planner is None else self.planner.name
         self._tracking, self._since, self._taken = FeedForward(), 0, False
@@ -148,8 +147,7 @@ class SumoDriver:
     def situation(self) -> Situation:
         """What a planner is told at this moment."""
         frame, state, now = self._frame, self._state, self._time_s()
-        front_s_m, hardest = state.s_m + 0.5 * self.vehicle.length_m, -self.vehicle.acceleration_min_mps2
-        line_m = self._stop_lines.next_m(frame, front_s_m, state.speed_mps, hardest)
+        line_m = next_stop_line_m(self._sumo.lane, frame, state.s_m + 0.5 * self.vehicle.length_m, state.speed_mps)
         road = self._road()
         others = self._traffic.around(frame, state.s_m, now)
         if len(others) > MOST_TRACKS:
@@ -198,7 +196,7 @@ class SumoDriver:
             x, y, yaw = frame.to_plane(state.s_m, state.d_m, state.heading_rad)
             self._frame = RoadFrame(self._sumo.lane, self._edges, column, self._friction)
             s, d, psi = self._frame.to_road(np.array([x]), np.array([y]), np.array([yaw]), near_s_m=state.s_m)
-            self._state = replace(state, s_m=float(s[0]), d_m=float(d[0]), heading_rad=float(psi[0]))
+            self._state = replace(state, s_m=float(s[0]), d_m=float(d[0]), heading_rad=math.remainder(float(psi[0]), 2.0 * math.pi))
             planner.reset()
             self._traffic.forget()
 
@@ -282,7 +280,7 @@ class SumoDriver:
         return HostState(
             s_m=float(s[0]),
             d_m=float(d[0]),
-            heading_rad=float(psi[0]),
+            heading_rad=math.remainder(float(psi[0]), 2.0 * math.pi),
             speed_mps=max(float(vehicle.getSpeed(self.ego)), 0.0),
             acceleration_mps2=min(max(float(vehicle.getAcceleration(self.ego)), low), high),
             steering_rad=math.atan(self.vehicle.wheelbase_m * self._frame.curvature_at(float(s[0]))),

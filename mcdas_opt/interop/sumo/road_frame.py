@@ -26,7 +26,7 @@ _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and 
 _WINDOW_M, _STRIDE_M = (300.0, 800.0), 100.0
 _WIDENS_M = 5.0  # a lane comes to another width within so much
 _TIGHT_1PM = 1.0 / 25.0
-_TURNING_M = 0.8  # of a junction's surface to either side of a lane that turns so tightly there
+_TURNING_M = 0.5  # of a junction's surface to either side of a lane that turns so tightly there; who waits beside it does not stand on it
 _CLOSED_M = 1.0  # the least that is closed where a lane leads nowhere
 
 

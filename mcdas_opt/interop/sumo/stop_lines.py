@@ -2,52 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from mcdas_opt.interop.sumo.connection import LaneDomain
 from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.interop.sumo.route import Lane
 
-_RED, _AMBER, _YIELDS = "ru", "yY", "gmsw="  # SUMO's states of a link: also off and blinking lights, which say to yield
-_AMBER_MPS2, _YIELDING_MPS2 = (
-    3.0,
-    2.0,
-)  # of braking: amber is driven over where stopping takes more; giving way is begun when it takes so much
+_STOPPABLE_MPS2 = {"r": 5.0, "u": 5.0, "y": 3.0, "Y": 3.0}  # by SUMO's state of a link: who needs more braking than this drives on
+_YIELDING, _YIELDING_MPS2 = "gmsw=", 2.0  # who has to let others go, if there are any: by so much
 _REACTION_S = 0.5
 _AHEAD_M = 200.0
 
 
-@dataclass(slots=True)
-class StopLines:
-    """The stop lines along the route of one vehicle."""
-
-    lanes: LaneDomain
-    _passed: set[str] = field(default_factory=set)  # lanes whose line is driven over at amber, since stopping came too late
-
-    def next_m(self, frame: RoadFrame, front_s_m: float, speed_mps: float, hardest_mps2: float) -> float | None:
-        """s [m] of the first line at which a vehicle with its front bumper at `front_s_m` has to wait; None: nowhere that it sees."""
-        for section in frame.sections[:-1]:
-            way_m = section.end_m - front_s_m
-            if 0.0 <= way_m <= _AHEAD_M and any(
-                self._waits(lane, way_m, speed_mps, hardest_mps2) for lane in section.edge.lanes if lane.goes_on
-            ):
+def next_stop_line_m(lanes: LaneDomain, frame: RoadFrame, front_s_m: float, speed_mps: float) -> float | None:
+    """s [m] of the first line at which a vehicle with its front bumper at `front_s_m` has to wait; None: nowhere within 200 m."""
+    for section in frame.sections[:-1]:
+        way_m = section.end_m - front_s_m
+        if 0.0 <= way_m <= _AHEAD_M:
+            braking_mps2 = max((_waits_by_mps2(lanes, lane) for lane in section.edge.lanes if lane.goes_on), default=0.0)
+            if braking_mps2 > 0.0 and way_m >= speed_mps * _REACTION_S + speed_mps**2 / (2.0 * braking_mps2):
                 return section.end_m
-        return None
-
-    def _waits(self, lane: Lane, way_m: float, speed_mps: float, hardest_mps2: float) -> bool:
-        link = next((link for link in self.lanes.getLinks(lane.id) if str(link[4]) == lane.via), None)
-        if link is None:
-            return False
-        state, is_open = str(link[5]), bool(link[2])
-        if state in _YIELDS:
-            return not is_open and _is_stoppable(way_m, speed_mps, _YIELDING_MPS2)
-        if state not in _RED + _AMBER:
-            self._passed.discard(lane.id)
-            return False
-        if lane.id not in self._passed and not _is_stoppable(way_m, speed_mps, _AMBER_MPS2 if state in _AMBER else hardest_mps2):
-            self._passed.add(lane.id)
-        return lane.id not in self._passed
+    return None
 
 
-def _is_stoppable(way_m: float, speed_mps: float, braking_mps2: float) -> bool:
-    return way_m >= speed_mps * _REACTION_S + speed_mps**2 / (2.0 * braking_mps2)
+def _waits_by_mps2(lanes: LaneDomain, lane: Lane) -> float:
+    """The most braking that waiting at a lane's end is worth now; 0: nobody has to wait there."""
+    link = next((link for link in lanes.getLinks(lane.id) if str(link[4]) == lane.via), None)
+    if link is None:
+        return 0.0
+    state, is_open = str(link[5]), bool(link[2])
+    if state in _YIELDING:
+        return 0.0 if is_open else _YIELDING_MPS2
+    return _STOPPABLE_MPS2.get(state, 0.0)
