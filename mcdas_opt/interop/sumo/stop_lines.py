@@ -24,7 +24,7 @@ def next_stop_line_m(lanes: LaneDomain, frame: RoadFrame, front_s_m: float, spee
 
 
 def _waits_by_mps2(lanes: LaneDomain, lane: Lane) -> float:
-    """The most braking that waiting at a lane's end is worth now; 0: nobody has to wait there."""
+    """Up to which braking one stops at a lane's end now; 0: nobody has to wait there."""
     link = next((link for link in lanes.getLinks(lane.id) if str(link[4]) == lane.via), None)
     if link is None:
         return 0.0
