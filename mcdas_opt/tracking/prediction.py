@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import CruisingBody, FreeBody, PredictedBody, Prediction
+from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, FreeBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.slow_traffic import SLOW_MPS, TURN_1PM, is_in_a_queue, with_followers_in_slow_traffic
-from mcdas_opt.tracking.straight_on import straight_on
+from mcdas_opt.tracking.straight_on import straight_on, to_turn_rad, turning_in
 
 CONSTANT_VELOCITY = "constant-velocity"
 
@@ -32,6 +33,7 @@ RATE_SIGMAS = 2.5  # standard deviations that a change of speed, or a turn, has 
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
 TURN_WITHIN_S, TURN_MPS2 = 4.0, 4.0
 TURN_FADE_S = 0.5  # who comes towards us through such a turn settles so soon, or goes straight on: both are predicted
+TURNS_IN_S = 0.8  # who clearly turns, and so ends his turn so soon, does not go straight on before
 SETTLES_LEAST_S = 0.2  # nobody who turns back into the road's direction settles sooner
 # but not who clearly turns with a road that turns so much, at least at such a share of what it asks of him on average for the next moment,
 # and at most at such one of the most that it asks of him then
@@ -73,12 +75,12 @@ def predict(
         if track.id in shielded:
             continue
         if not track.follows_road:
-            bodies.append(_free(track, settings, road or Road()))
+            bodies.append(_free(track, settings, _in_the_plane(track, road or Road()), track.id))
             continue
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
         if meets_a_turn and road is not None and not turns_with(track, road):
-            bodies.append(replace(_free(track, settings, road), id=Variant.STRAIGHT_ON.of(track.id)))
+            bodies.append(_free(track, settings, _in_the_plane(track, road), Variant.STRAIGHT_ON.of(track.id)))
         drifting = CruisingBody(
             id=track.id,
             length_m=track.length_m,
@@ -123,13 +125,22 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
     return with_followers_in_slow_traffic(prediction, situation, rates)
 
 
-def _free(track: Track, settings: PredictionSettings, road: Road) -> FreeBody:
+def _in_the_plane(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
+    """Straight on; but who clearly turns, and so ends his turn into the road's direction, or against it, at once, turns on until then."""
+    sd, rate = track.turn_rate_sd_radps, track.turn_rate_radps
+    if sd is None or abs(rate) <= RATE_SIGMAS * sd or track.kind is BodyKind.PEDESTRIAN:
+        return straight_on(track, road)
+    is_at_once = to_turn_rad(track.heading_rad or 0.0, rate) <= abs(rate) * TURNS_IN_S
+    return turning_in(track, road) if is_at_once else straight_on(track, road)
+
+
+def _free(track: Track, settings: PredictionSettings, motion: Callable[[Array], BodyMotion], name: str) -> FreeBody:
     on_foot = track.kind is BodyKind.PEDESTRIAN
     return FreeBody(
-        id=track.id,
+        id=name,
         length_m=track.length_m,
         width_m=track.width_m,
-        motion=straight_on(track, road),
+        motion=motion,
         heading_rad=track.heading_rad or 0.0,
         covariance=track.covariance,
         unsure_mps=STRAYING_MPS if on_foot else 0.0,

@@ -1,7 +1,8 @@
-"""Where a body goes that does not follow the road: straight on in the plane, at constant speed."""
+"""Where a body goes that does not follow the road: in the plane, at constant speed, straight on or turning."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,6 +18,7 @@ from mcdas_opt.geometry.window import frame_near
 
 LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
 _STEP_S = 0.1
+_TIMES_S = _STEP_S * np.arange(round(LASTS_S / _STEP_S) + 1, dtype=np.float64)
 _FARTHEST_M = 2500.0  # along the road that is known where it is
 _LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
 _JUMP_MPS = 120.0  # s that changes faster has gone over to another part of the road; nobody is believed to drive over 100 m/s
@@ -74,18 +76,43 @@ def straight_on(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
     heading = 0.0 if track.heading_rad is None else track.heading_rad
     if road.is_straight:
         return StraightLine(s_m=track.s_m, d_m=track.d_m, heading_rad=heading, speed_s_mps=track.speed_s_mps, speed_d_mps=track.speed_d_mps)
+    return _in_the_plane(track, road, _TIMES_S * 0.0)
+
+
+def turning_in(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
+    """The track's motion from its time on, if it turns on at its rate until it points along the road or against it."""
+    rate = track.turn_rate_radps
+    to_go = to_turn_rad(track.heading_rad or 0.0, rate)
+    return _in_the_plane(track, road, np.clip(rate * _TIMES_S, -to_go, to_go))
+
+
+def to_turn_rad(heading_rad: float, rate_radps: float) -> float:
+    """How far who turns that way is from pointing along the road or against it."""
+    return math.copysign(heading_rad, -rate_radps * heading_rad) % math.pi
+
+
+def _in_the_plane(track: Track, road: Road, turned_rad: Array) -> TabulatedLine:
+    """The track's motion where it is turned by `turned_rad` at `_TIMES_S`."""
+    heading = 0.0 if track.heading_rad is None else track.heading_rad
     fastest = abs(track.speed_s_mps) * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), 1.0) + abs(track.speed_d_mps)
     frame, here = frame_near(road, track.s_m, min(LASTS_S * fastest, _FARTHEST_M)), np.array([track.s_m])
-    t = _STEP_S * np.arange(round(LASTS_S / _STEP_S) + 1)
     x, y, yaw = (float(q[0]) for q in frame.to_plane(here, np.array([track.d_m]), np.array([heading])))
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), _LEAST_STRETCH)
-    c, s = np.cos(yaw - heading), np.sin(yaw - heading)  # of the road there
+    road_there = yaw - heading + turned_rad  # as if it were the road that turned
+    c, s = np.cos(road_there), np.sin(road_there)
     vx, vy = c * forward - s * track.speed_d_mps, s * forward + c * track.speed_d_mps
-    its_s, its_d, its_heading = _places(frame, x + vx * t, y + vy * t, np.full_like(t, yaw), track.s_m)
-    road_yaw = yaw - its_heading
+    its_s, its_d, its_heading = _places(frame, x + _way(vx), y + _way(vy), yaw + turned_rad, track.s_m)
+    road_yaw = yaw + turned_rad - its_heading
     stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), _LEAST_STRETCH)
     along, across = (np.cos(road_yaw) * vx + np.sin(road_yaw) * vy) / stretch, np.cos(road_yaw) * vy - np.sin(road_yaw) * vx
-    return TabulatedLine.of(np.array([t, its_s, its_d, np.unwrap(its_heading), along, across]))
+    return TabulatedLine.of(np.array([_TIMES_S, its_s, its_d, np.unwrap(its_heading), along, across]))
+
+
+def _way(speed_mps: Array) -> Array:
+    """By the trapezoidal rule; of a constant speed exactly that times the time."""
+    way: Array = speed_mps[0] * _TIMES_S
+    way[1:] += np.cumsum(0.5 * (speed_mps[1:] + speed_mps[:-1]) - speed_mps[0]) * _STEP_S
+    return way
 
 
 def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float) -> tuple[Array, Array, Array]:

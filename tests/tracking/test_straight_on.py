@@ -1,4 +1,4 @@
-"""Who does not follow the road goes straight on in the plane, and everybody else is predicted as without a heading."""
+"""Who does not follow the road goes straight on in the plane, or ends a turn; everybody else is predicted as without a heading."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.tracking.prediction import TURN_FADE_S, predict
-from mcdas_opt.tracking.straight_on import straight_on
+from mcdas_opt.tracking.straight_on import straight_on, turning_in
 from mcdas_opt.tracking.track_life import course
 
 STRAIGHT = Road(lanes_left=1, lanes_right=1)
@@ -73,6 +73,27 @@ def test_the_mirrored_body_goes_the_mirrored_way_to_the_bit(heading: float, spee
     assert np.array_equal(a.s_m, b.s_m)
     assert np.array_equal(a.d_m, -b.d_m)
     assert np.array_equal(a.heading_rad, -b.heading_rad)
+
+
+@given(st.floats(0.35, 2.79), st.floats(1.0, 15.0), st.floats(0.1, 2.0), st.sampled_from([-1.0, 1.0]), st.sampled_from([STRAIGHT, CORNER]))
+def test_who_turns_in_turns_on_a_circle_until_it_points_along_the_road(
+    heading: float, speed: float, rate: float, side: float, road: Road
+) -> None:
+    """At its speed, and straight on from there; the mirrored one, on the straight road, to the bit."""
+    one = replace(track(heading, speed, s_m=-40.0), turn_rate_radps=side * rate)
+    at = turning_in(one, road)(TIMES)
+    x, y, yaw = frame_near(road, 0.0).to_plane(at.s_m, at.d_m, at.heading_rad)
+    to_go = heading if side < 0.0 else math.pi - heading
+    turned, radius = np.minimum(rate * TIMES, to_go), speed / rate
+    after, end = speed * np.maximum(TIMES - to_go / rate, 0.0), heading + side * to_go
+    circle = -40.0 + side * radius * (np.sin(heading + side * turned) - math.sin(heading)) + after * math.cos(end)
+    np.testing.assert_allclose(x, circle, atol=0.05 + 0.05 * speed)  # half a sample where s jumps
+    circle = 6.0 - side * radius * (np.cos(heading + side * turned) - math.cos(heading)) + after * math.sin(end)
+    np.testing.assert_allclose(y, circle, atol=0.05 + 0.05 * speed)
+    np.testing.assert_allclose(np.cos(yaw - heading - side * turned), 1.0, atol=5e-3 + 0.01 * rate**2)
+    other = replace(one, d_m=-6.0, speed_d_mps=-one.speed_d_mps, heading_rad=-heading, turn_rate_radps=-side * rate)
+    if road is STRAIGHT:
+        assert np.array_equal(turning_in(other, road)(TIMES).d_m, -at.d_m)
 
 
 @given(st.floats(25.0, 100.0), st.floats(-1000.0, 1000.0))

@@ -12,13 +12,16 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.measurement import BodyDetection, Scan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.variant import Variant
-from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.domain.vocabulary import BodyKind, Sector, Status
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.tracking.prediction import RATE_SIGMAS, predict, turns_with
+from mcdas_opt.planning.stateless import plan
+from mcdas_opt.tracking.prediction import RATE_SIGMAS, TURNS_IN_S, predict, turns_with
 from mcdas_opt.tracking.tracker import Tracker
 from mcdas_opt.tracking.turn_rate import TurnRateFilter
 
@@ -121,9 +124,33 @@ def test_who_turns_back_into_the_roads_direction_settles_as_he_turns(
 
 
 @given(st.floats(0.4, 2.7), st.floats(1.0, 15.0), st.floats(-3.0, 3.0), st.sampled_from([STRAIGHT, CORNER]))
-def test_who_goes_across_the_road_goes_straight_on_however_it_turns(heading: float, speed: float, rate: float, road: Road) -> None:
-    (free,), (same,) = (predict([turning(heading, speed, each)], road=road).bodies for each in (rate, 0.0))
-    assert to_document(free.at(TIMES)) == to_document(same.at(TIMES))
+def test_who_goes_across_the_road_goes_straight_on_unless_his_turn_clearly_ends_at_once(
+    heading: float, speed: float, rate: float, road: Road
+) -> None:
+    one, on_foot = turning(heading, speed, rate), turning(heading, speed, rate, kind=BodyKind.PEDESTRIAN)
+    bodies = [predict([each], road=road).bodies for each in (one, replace(one, turn_rate_radps=0.0), on_foot)]
+    turns, straight, walks = (body.at(TIMES) for (body,) in bodies)
+    to_go = heading if rate < 0.0 else math.pi - heading
+    if abs(rate) > RATE_SIGMAS * 0.08 and to_go <= abs(rate) * TURNS_IN_S:
+        assert to_document(turns) != to_document(straight)
+        if road is STRAIGHT:
+            assert np.ptp(turns.d_m[17:]) < 1e-6  # from 0.85 s on
+    else:
+        assert to_document(turns) == to_document(straight)
+    assert to_document(walks) == to_document(straight)
+
+
+def test_a_host_that_waits_needs_nothing_of_who_turns_into_the_lane_beside_it() -> None:
+    """Out of a side street, as tightly as a corner asks, in front of a host that stands at the junction."""
+    road = Road(lane_width_m=3.2, lanes_left=1, lanes=(Lane(lane=1, oncoming=True),))
+    for left in (0.75, 0.6, 0.45, 0.36):  # of his turn
+        one = turning(left - math.pi, 5.4, -1.2, s_m=5.0 + 4.5 * math.sin(left), d_m=3.2 + 4.5 * (1.0 - math.cos(left)))
+        known, unknown = (
+            plan(Situation(host=HostState(), coverage=Coverage(), road=road, desired_speed_mps=10.0, stop_line_s_m=3.5, tracks=(each,)))
+            for each in (one, replace(one, turn_rate_sd_radps=None))
+        )
+        assert known.status is Status.PLANNED
+        assert unknown.status is Status.UNAVOIDABLE
 
 
 @given(st.floats(3.0, 12.0), st.floats(0.3, 2.5))
