@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -10,31 +12,36 @@ from mcdas_opt.domain.vehicle import Vehicle
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
+_IN_A_TOWN_MPS = 17.0  # 60 km/h
 _STOPPING_MPS2, _AT_THE_LINE_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it
 
 
-def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
+def attentive_followers(
+    situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str], *, in_a_queue: bool = False
+) -> frozenset[str]:
     """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
-    the least headway is enough. Before a stop line, at which he has to wait himself, whoever can stop behind the host.
+    the least headway is enough. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and where the host
+    is held `in_a_queue`, of those who are no faster than in a town.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
     in, would be there soon, and does not brake.
     """
-    return frozenset(
-        track.id for track in situation.tracks if _follows(track, situation) and _is_attentive(track, situation, vehicle, settings, before)
-    )
+    fastest_mps = math.inf if waits_at_a_line(situation, vehicle) else _IN_A_TOWN_MPS if in_a_queue else 0.0
+    followers = [track for track in situation.tracks if _follows(track, situation)]
+    waiting = {track.id for track in followers if track.speed_s_mps <= fastest_mps} | before
+    return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, track.id in waiting))
 
 
 def _follows(track: Track, situation: Situation) -> bool:
     return situation.shares_lane(track) and track.s_m < situation.host.s_m and track.speed_s_mps >= 0.0
 
 
-def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> bool:
+def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, waits: bool) -> bool:
     host = situation.host
     gap = host.s_m - track.s_m - 0.5 * (track.length_m + vehicle.length_m)
     closing = max(track.speed_s_mps - host.speed_mps, 0.0)
-    if track.id in before or waits_at_a_line(situation, vehicle):
+    if waits:
         if closing > _HARDLY_MPS and track.acceleration_s_mps2 >= 0.0 and gap <= _SOON_S * closing:
             return False
         asked = max(settings.safe_end.follower_demand_mps2, track.braking_seen_mps2)

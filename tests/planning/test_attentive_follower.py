@@ -14,7 +14,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
-from mcdas_opt.domain.vocabulary import Mode, Side, Status
+from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
@@ -214,3 +214,37 @@ def test_who_is_in_both_lanes_goes_on_and_a_follower_there_is_expected_to_brake(
         cycle = Cycle.of(situation, Planner().vehicle, memory=memory)
         assert cycle.active is not None
         assert go_on_unpressed(cycle, cycle.active).relies_on_followers is relies
+
+
+def in_a_queue(road: Road, follower_mps: float, behind_m: float, **more: object) -> Plan:
+    """The host stands 3 m behind somebody who stands."""
+    tracks = (
+        Track(id="leader", s_m=7.5, d_m=0.0, speed_s_mps=0.0),
+        Track(id="follower", s_m=-4.5 - behind_m, d_m=0.0, speed_s_mps=follower_mps),
+    )
+    return planned(Situation(host=HostState(), road=road, coverage=Coverage(), desired_speed_mps=13.9, tracks=tracks, **more))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("oncoming", [False, True])
+@pytest.mark.parametrize("follower_mps", [8.0, 13.9, 16.5])
+def test_who_comes_up_to_a_queue_that_the_host_is_held_in_is_expected_to_stop(follower_mps: float, oncoming: bool) -> None:
+    """Until he needs more than 4 m/s^2, or is there within 2 s and does not brake: then the driver is warned."""
+    road = Road(lanes_left=1, lanes=(Lane(lane=1, oncoming=True),)) if oncoming else Road()
+    for behind_s in (5.0, 3.0, 2.1):
+        plan = in_a_queue(road, follower_mps, max(behind_s * follower_mps, follower_mps**2 / 7.9))
+        assert plan.status is Status.PLANNED
+        assert "follower keeps its distance behind and is expected to brake" in plan.reason or behind_s == 5.0  # too far to matter
+        assert plan.trajectory.states[-1, 0] < 1.5
+    late = in_a_queue(road, follower_mps, 1.5 * follower_mps)
+    assert "is expected to brake" not in late.reason
+    assert late.status is Status.UNAVOIDABLE
+    assert late.alert is not Alert.NONE
+
+
+@pytest.mark.parametrize("road", [Road(lanes_left=1), Road(lanes_right=1), Road(shoulder_right_m=2.5)])
+def test_where_there_is_a_way_out_beside_the_queue_he_is_not(road: Road) -> None:
+    assert "is expected to brake" not in in_a_queue(road, 16.5, 50.0).reason
+
+
+def test_who_comes_faster_than_in_a_town_is_not_expected_to_stop_behind_a_queue() -> None:
+    assert "is expected to brake" not in in_a_queue(Road(), 25.0, 90.0).reason
