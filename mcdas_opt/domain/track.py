@@ -42,7 +42,8 @@ USUAL_SIZE_M = {
     BodyKind.LORRY: (12.0, 2.5),  # the longest without a trailer that European directive 96/53/EC allows; the others are assumed
 }
 _SINE_ALIGNED = math.sin(ALIGNED_RAD)
-_NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2", "turn_rate_radps")
+_NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2", "acceleration_d_mps2", "turn_rate_radps")
+_ACCELERATIONS = ("acceleration_s_mps2", "acceleration_d_mps2"), ("acceleration_s_sd_mps2", "acceleration_d_sd_mps2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,8 +57,8 @@ class Track(EqualByValue):
     along, and 0.2 m across, nothing grows any more, and no doubt says so: leave out a track that is known no better.
     `age_s` [s] and `coasting` (no sensor has shown it of late) are for pictures and logs: no plan depends on them.
 
-    `acceleration_s_mps2` is its acceleration along the road with a standard deviation; without one (None) it is not known, and the number
-    says nothing.
+    `acceleration_s_mps2` is its acceleration along the road with a standard deviation, `acceleration_d_mps2` that across it, to the left;
+    without one (None) it is not known, and the number says nothing. That across counts of who does not follow the road alone.
 
     `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
     turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
@@ -87,6 +88,8 @@ class Track(EqualByValue):
     kind: BodyKind | None = None
     turn_rate_radps: float = 0.0
     turn_rate_sd_radps: float | None = None
+    acceleration_d_mps2: float = 0.0
+    acceleration_d_sd_mps2: float | None = None
 
     def __hash__(self) -> int:  # type: ignore[override]  # unlike others of its kind it can be hashed
         return hash((self.id, self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps))
@@ -109,9 +112,10 @@ class Track(EqualByValue):
         if max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
             for name in ("speed_s_mps", "speed_d_mps"):
                 within(name, attrgetter(name)(self), -FASTEST_MPS, FASTEST_MPS, "m/s")
-        within("acceleration_s_mps2", self.acceleration_s_mps2, -HARDEST_MPS2, HARDEST_MPS2, "m/s^2")
-        if self.acceleration_s_sd_mps2 is not None:
-            within("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, 0.0, HARDEST_MPS2, "m/s^2")
+        for name, sd_name in zip(*_ACCELERATIONS, strict=True):
+            within(name, attrgetter(name)(self), -HARDEST_MPS2, HARDEST_MPS2, "m/s^2")
+            if attrgetter(sd_name)(self) is not None:
+                within(sd_name, attrgetter(sd_name)(self), 0.0, HARDEST_MPS2, "m/s^2")
         within("turn_rate_radps", self.turn_rate_radps, -FASTEST_TURN_RADPS, FASTEST_TURN_RADPS, "rad/s")
         if self.turn_rate_sd_radps is not None:
             within("turn_rate_sd_radps", self.turn_rate_sd_radps, 0.0, FASTEST_TURN_RADPS, "rad/s")

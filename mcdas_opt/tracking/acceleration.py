@@ -1,4 +1,4 @@
-"""How a target's speed along the road changes: a constant-acceleration filter above the constant-velocity one."""
+"""How a target's speed along the road, or across it, changes: a constant-acceleration filter above the constant-velocity one."""
 
 from __future__ import annotations
 

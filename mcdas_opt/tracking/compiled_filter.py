@@ -64,9 +64,10 @@ class CompiledFilter:
         then = self._then.copy()
         return then[:4], then[4:].reshape(4, 4)
 
-    def speed_along(self) -> tuple[float, float]:
-        """Speed along the road and its variance, at the filter's own time."""
-        return float(self._belief[1]), float(self._belief[9])
+    def speeds(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Speed along the road and its variance, and the same across it, at the filter's own time."""
+        belief = self._belief
+        return (float(belief[1]), float(belief[9])), (float(belief[3]), float(belief[19]))
 
     def place_at(self, time_s: float) -> tuple[float, float]:
         """(s, d) believed at `time_s`."""

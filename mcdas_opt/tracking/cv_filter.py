@@ -55,9 +55,10 @@ class ConstantVelocityFilter:
         P = F @ self.covariance @ F.T + self._noise(abs(dt))
         return F @ self.state, 0.5 * (P + P.T)
 
-    def speed_along(self) -> tuple[float, float]:
-        """Speed along the road and its variance, at the filter's own time."""
-        return float(self._kf.x[1, 0]), float(self._kf.P[1, 1])
+    def speeds(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Speed along the road and its variance, and the same across it, at the filter's own time."""
+        x, P = self._kf.x, self._kf.P
+        return (float(x[1, 0]), float(P[1, 1])), (float(x[3, 0]), float(P[3, 3]))
 
     def place_at(self, time_s: float) -> tuple[float, float]:
         """(s, d) believed at `time_s`."""

@@ -60,9 +60,9 @@ def predict(
     ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it keeps its velocity and its
-    heading. So is, besides, whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there. Who
-    comes towards the host there either goes straight on or keeps to his lane's turn, settling soon: his speed across the road is that of
-    cutting the turn, not of changing lanes.
+    heading, or changes its speed as it clearly does, or ends its turn. So is, besides, whoever is known to head along a road that turns as
+    tightly as at a crossing, and may go straight on there. Who comes towards the host there either goes straight on or keeps to his lane's
+    turn, settling soon: his speed across the road is that of cutting the turn, not of changing lanes.
 
     Who clearly turns with the road (`turns_with`) does not go straight on; who clearly turns back into its direction settles as soon as
     that takes (`settling_s`).
@@ -76,6 +76,9 @@ def predict(
             continue
         if not track.follows_road:
             bodies.append(_free(track, settings, _in_the_plane(track, road or Road()), track.id))
+            rate = None if road is None else speed_change_in_the_plane(track, road)
+            if rate is not None and road is not None:
+                bodies.append(_free(track, settings, _in_the_plane(track, road, *rate), _changing(rate[0]).of(track.id)))
             continue
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
@@ -109,8 +112,7 @@ def predict(
             rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road) else rate
         if rate is not None:
             acceleration, lasting_s = rate
-            variant = Variant.BRAKING if acceleration < 0.0 else Variant.ACCELERATING
-            bodies.append(replace(drifting, id=variant.of(track.id), acceleration_mps2=acceleration, changing_s=lasting_s))
+            bodies.append(replace(drifting, id=_changing(acceleration).of(track.id), acceleration_mps2=acceleration, changing_s=lasting_s))
     return Prediction(name=CONSTANT_VELOCITY, bodies=tuple(bodies))
 
 
@@ -125,13 +127,13 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
     return with_followers_in_slow_traffic(prediction, situation, rates)
 
 
-def _in_the_plane(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
+def _in_the_plane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
     """Straight on; but who clearly turns, and so ends his turn into the road's direction, or against it, at once, turns on until then."""
     sd, rate = track.turn_rate_sd_radps, track.turn_rate_radps
     if sd is None or abs(rate) <= RATE_SIGMAS * sd or track.kind is BodyKind.PEDESTRIAN:
-        return straight_on(track, road)
+        return straight_on(track, road, rate_mps2, lasts_s)
     is_at_once = to_turn_rad(track.heading_rad or 0.0, rate) <= abs(rate) * TURNS_IN_S
-    return turning_in(track, road) if is_at_once else straight_on(track, road)
+    return (turning_in if is_at_once else straight_on)(track, road, rate_mps2, lasts_s)
 
 
 def _free(track: Track, settings: PredictionSettings, motion: Callable[[Array], BodyMotion], name: str) -> FreeBody:
@@ -236,13 +238,30 @@ def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
 
     Neither is harder than the road allows. None for any other track, and for one that does not drive forwards.
     """
-    rate, sd, speed = track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps
+    return _speed_change(track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps, road)
+
+
+def speed_change_in_the_plane(track: Track, road: Road) -> tuple[float, float] | None:
+    """The same of a track that does not follow the road, in the direction of its heading; None of people on foot."""
+    along, across = track.acceleration_s_sd_mps2, track.acceleration_d_sd_mps2
+    if along is None or across is None or track.heading_rad is None or track.kind is BodyKind.PEDESTRIAN:
+        return None
+    c, s = math.cos(track.heading_rad), math.sin(track.heading_rad)
+    rate, speed = c * track.acceleration_s_mps2 + s * track.acceleration_d_mps2, c * track.speed_s_mps + s * track.speed_d_mps
+    return _speed_change(rate, math.hypot(c * along, s * across), speed, road)
+
+
+def _speed_change(rate: float, sd: float | None, speed: float, road: Road) -> tuple[float, float] | None:
     grip = road.grip_mps2
     least = min(BRAKING_MPS2, BRAKING_SHARE * grip) if rate < 0.0 else ACCELERATING_MPS2
     if sd is None or speed <= 0.0 or abs(rate) < max(least, RATE_SIGMAS * sd):
         return None
     rate = min(max(rate, -grip), grip)
     return rate, -speed / rate if rate < 0.0 else ACCELERATING_S
+
+
+def _changing(rate_mps2: float) -> Variant:
+    return Variant.BRAKING if rate_mps2 < 0.0 else Variant.ACCELERATING
 
 
 def _comes_behind(track: Track, situation: Situation) -> bool:

@@ -1,4 +1,4 @@
-"""Where a body goes that does not follow the road: in the plane, at constant speed, straight on or turning."""
+"""Where a body goes that does not follow the road: in the plane, straight on or turning, at constant speed or not."""
 
 from __future__ import annotations
 
@@ -71,19 +71,18 @@ class TabulatedLine:
         return BodyMotion(s_m=s, d_m=d, heading_rad=heading, speed_s_mps=along, speed_d_mps=across)
 
 
-def straight_on(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
-    """The track's motion from its time on, if it keeps its velocity and its heading in the plane."""
+def straight_on(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
+    """The track's motion from its time on, if it keeps its course and its heading in the plane, its speed changing so, so long."""
     heading = 0.0 if track.heading_rad is None else track.heading_rad
-    if road.is_straight:
+    if road.is_straight and rate_mps2 == 0.0:
         return StraightLine(s_m=track.s_m, d_m=track.d_m, heading_rad=heading, speed_s_mps=track.speed_s_mps, speed_d_mps=track.speed_d_mps)
-    return _in_the_plane(track, road, _TIMES_S * 0.0)
+    return _in_the_plane(track, road, np.zeros_like(_TIMES_S), _pace(track, rate_mps2, lasts_s))
 
 
-def turning_in(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
-    """The track's motion from its time on, if it turns on at its rate until it points along the road or against it."""
-    rate = track.turn_rate_radps
-    to_go = to_turn_rad(track.heading_rad or 0.0, rate)
-    return _in_the_plane(track, road, np.clip(rate * _TIMES_S, -to_go, to_go))
+def turning_in(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
+    """The same, if it turns on at its rate until it points along the road or against it."""
+    to_go = to_turn_rad(track.heading_rad or 0.0, track.turn_rate_radps)
+    return _in_the_plane(track, road, np.clip(track.turn_rate_radps * _TIMES_S, -to_go, to_go), _pace(track, rate_mps2, lasts_s))
 
 
 def to_turn_rad(heading_rad: float, rate_radps: float) -> float:
@@ -91,16 +90,24 @@ def to_turn_rad(heading_rad: float, rate_radps: float) -> float:
     return math.copysign(heading_rad, -rate_radps * heading_rad) % math.pi
 
 
-def _in_the_plane(track: Track, road: Road, turned_rad: Array) -> TabulatedLine:
-    """The track's motion where it is turned by `turned_rad` at `_TIMES_S`."""
+def _pace(track: Track, rate_mps2: float, lasts_s: float) -> Array:
+    """How many times as fast as now at `_TIMES_S`, of who moves."""
+    if rate_mps2 == 0.0:
+        return np.ones_like(_TIMES_S)
+    speed = math.hypot(track.speed_s_mps, track.speed_d_mps)
+    return np.asarray(np.maximum(1.0 + rate_mps2 / speed * np.minimum(_TIMES_S, lasts_s), 0.0))
+
+
+def _in_the_plane(track: Track, road: Road, turned_rad: Array, pace: Array) -> TabulatedLine:
+    """The track's motion where it is turned by `turned_rad`, and `pace` times as fast, at `_TIMES_S`."""
     heading = 0.0 if track.heading_rad is None else track.heading_rad
     fastest = abs(track.speed_s_mps) * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), 1.0) + abs(track.speed_d_mps)
-    frame, here = frame_near(road, track.s_m, min(LASTS_S * fastest, _FARTHEST_M)), np.array([track.s_m])
+    frame, here = frame_near(road, track.s_m, min(LASTS_S * fastest * float(pace.max()), _FARTHEST_M)), np.array([track.s_m])
     x, y, yaw = (float(q[0]) for q in frame.to_plane(here, np.array([track.d_m]), np.array([heading])))
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), _LEAST_STRETCH)
     road_there = yaw - heading + turned_rad  # as if it were the road that turned
     c, s = np.cos(road_there), np.sin(road_there)
-    vx, vy = c * forward - s * track.speed_d_mps, s * forward + c * track.speed_d_mps
+    vx, vy = pace * (c * forward - s * track.speed_d_mps), pace * (s * forward + c * track.speed_d_mps)
     its_s, its_d, its_heading = _places(frame, x + _way(vx), y + _way(vy), yaw + turned_rad, track.s_m)
     road_yaw = yaw + turned_rad - its_heading
     stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), _LEAST_STRETCH)

@@ -42,7 +42,7 @@ class TrackLife:
 
     def __init__(self, filter_: TargetFilter, size: tuple[float, float]) -> None:
         self._filter = filter_
-        self._acceleration = AccelerationFilter()
+        self._along, self._across = AccelerationFilter(), AccelerationFilter()
         self._turning = TurnRateFilter()
         self._hits: deque[bool] = deque(maxlen=CONFIRM_WINDOW)
         self._sources: deque[Source] = deque(maxlen=MOST_SOURCES)
@@ -95,7 +95,10 @@ class TrackLife:
 
     def hit(self, fix: TargetFix, scan: Scan, now: float) -> None:
         self._filter.take(scan.t_s, fix)
-        self._acceleration.take(self._filter.time_s, *self._filter.speed_along())
+        along, across = self._filter.speeds()
+        self._along.take(self._filter.time_s, *along)
+        if self.name is not None:  # of who crosses, a radar's first speeds are too far off
+            self._across.take(self._filter.time_s, *across)
         if source_of(scan) not in self._sources:
             self._sources.append(source_of(scan))
         self._arrival_s, self._period_s = now, scan.period_s
@@ -179,7 +182,8 @@ class TrackLife:
         state, P = self._filter.at(now)
         s, vs, d, vd = state.tolist()
         s += 0.5 * self._beyond * (self.length_m - self.size[0])  # the near end is where it is seen
-        acceleration, its_sd = self._acceleration.at(now)
+        along, along_sd = self._along.at(now)
+        across, across_sd = self._across.at(now)
         turn_rate, its_turn_sd = self._turning.at(now)
         return Track(
             id=str(self.number),
@@ -192,8 +196,10 @@ class TrackLife:
             width_m=self.size[1],
             age_s=max(now - self._born_s, 0.0),
             coasting=self._is_quiet(now),
-            acceleration_s_mps2=acceleration,
-            acceleration_s_sd_mps2=its_sd,
+            acceleration_s_mps2=along,
+            acceleration_s_sd_mps2=along_sd,
+            acceleration_d_mps2=across,
+            acceleration_d_sd_mps2=across_sd,
             heading_rad=self._heading_rad if self.name is not None else course(vs, vd, P),
             kind=self._kind,
             turn_rate_radps=turn_rate,

@@ -32,6 +32,7 @@ FILLED_BY_US = {  # results, and what is counted or carried on while something r
 }
 GATED = {"Mounting", "RadarDetection", "BodyDetection"}  # they come with a scan, whose faults the tracker sorts out and counts
 SIGNED = {  # may be less than 0
+    "acceleration_d_mps2",
     *("acceleration_min_mps2", "acceleration_mps2", "acceleration_s_mps2", "a_per_m", "aside_m", "clear_m", "d_m", "heading_rad"),
     *(
         "host_speed_share",

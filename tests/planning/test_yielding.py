@@ -102,3 +102,40 @@ def test_the_later_he_has_gone_the_slower_the_host_comes() -> None:
         assert (np.diff(one.speeds_mps[np.isfinite(one.speeds_mps)]) <= 0.0).all()
         ends.append(float(one.speeds_mps[np.isfinite(one.speeds_mps)].min()))
     assert ends == sorted(ends, reverse=True)
+
+
+def pulling_away(s_m: float, t_s: float, *, is_known: bool) -> Track:
+    """A car that stands beside the road, 6 m from the lane's middle, and after a second drives into it: by 2.2 m/s^2, up to 6 m/s."""
+    for_s = max(t_s - 1.0, 0.0)
+    speeding_s = min(for_s, 6.0 / 2.2)
+    d_m = 6.0 - 0.5 * 2.2 * speeding_s**2 - 6.0 * (for_s - speeding_s)
+    sds = {"acceleration_s_sd_mps2": 0.4, "acceleration_d_sd_mps2": 0.4} if is_known else {}
+    speed_mps, rate_mps2 = 2.2 * speeding_s, 2.2 if 0.3 <= for_s < 6.0 / 2.2 else 0.0  # it takes a filter so long to know it
+    return Track(
+        id="car",
+        s_m=s_m,
+        d_m=d_m,
+        speed_s_mps=0.0,
+        speed_d_mps=-speed_mps,
+        heading_rad=-0.5 * math.pi,
+        acceleration_d_mps2=-rate_mps2,
+        **sds,
+    )
+
+
+@pytest.mark.parametrize("s_m", [36.0, 38.0, 40.0, 42.0, 45.0])
+def test_who_pulls_away_into_the_way_is_seen_to(s_m: float) -> None:
+    """At constant speed he would come too late to be in the way: at 38, 40 and 42 m he was run into."""
+    found = {}
+    for is_known in (True, False):
+        planner, host, nearest = Planner(), HostState(speed_mps=SPEED_MPS), math.inf
+        for k in range(50):
+            time_s = round(k * CYCLE_S, 6)
+            plan = planner.plan(situation(pulling_away(s_m, time_s, is_known=is_known), host=host, time_s=time_s))
+            host, track = HostState.from_vector(plan.trajectory.states[1]), pulling_away(s_m, time_s + CYCLE_S, is_known=is_known)
+            along = abs(track.s_m - host.s_m) - 0.5 * (CAR.length_m + track.along_m)
+            aside = abs(track.d_m - host.d_m) - 0.5 * (CAR.width_m + track.across_m)
+            nearest = min(nearest, max(along, aside))
+        found[is_known] = nearest
+    assert found[True] > 0.1
+    assert found[False] < 0.0 or s_m in (36.0, 45.0)

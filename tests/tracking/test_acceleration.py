@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from mcdas_opt.catalogue.sensors import load_sensor
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
@@ -23,6 +24,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.manoeuvres.safe_end import ends
+from mcdas_opt.simulation.sensors import ideal_detections
 from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.prediction import (
     ACCELERATING_MPS2,
@@ -32,6 +34,7 @@ from mcdas_opt.tracking.prediction import (
     RATE_SIGMAS,
     predict,
     speed_change,
+    speed_change_in_the_plane,
 )
 from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import ESR, host_at, radar_scan
@@ -115,6 +118,27 @@ def test_a_constant_change_of_speed_is_followed(rate: float) -> None:
 def _told(track: Track, rate: float) -> bool:
     change = speed_change(track, ROAD)
     return change is not None and change[0] * rate > 0.0
+
+
+@pytest.mark.parametrize("rate", [-5.0, 0.0, 3.0])
+def test_an_ideal_sensor_tells_how_the_speed_of_who_crosses_changes(rate: float) -> None:
+    """Within 0.6 s, and of nobody whose speed does not; a radar does not tell."""
+    tracker, radar, late = Tracker(), Tracker(), math.inf
+    for k in range(60):
+        t, changing_s = k * PERIOD_S, max(k * PERIOD_S - 1.5, 0.0)
+        d, speed = -25.0 + 8.0 * t + 0.5 * rate * changing_s**2, max(8.0 + rate * changing_s, 0.0)
+        car = Body(name="a", s_m=40.0, d_m=d, heading_rad=0.5 * math.pi, speed_mps=speed)
+        host = host_at(0.0, speed=0.0)
+        seen = ideal_detections(Sector.FRONT, host, [car], Vehicle())
+        tracker.update([Scan(sensor="ideal", sector=Sector.FRONT, t_s=t, bodies=seen, period_s=PERIOD_S)], host, ROAD, t)
+        radar.update([radar_scan(t, [car])], host, ROAD, t)
+        assert all(track.acceleration_d_sd_mps2 is None for track in radar.tracks(t))
+        change = speed_change_in_the_plane(tracker.tracks(t)[0], ROAD)
+        if change is not None and k > 5:
+            assert changing_s > 0.0
+            assert change[0] * rate > 0.0
+            late = min(late, changing_s)
+    assert late <= 0.6 or rate == 0.0
 
 
 def test_full_braking_on_ice_is_told() -> None:

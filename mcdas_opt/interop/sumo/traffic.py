@@ -113,8 +113,10 @@ class Traffic:
                 length_m=body.length_m,
                 width_m=body.width_m,
                 age_s=time_s - seen.first_s,
-                acceleration_s_mps2=acceleration,
+                acceleration_s_mps2=acceleration * math.cos(body.heading_rad),
                 acceleration_s_sd_mps2=sd,
+                acceleration_d_mps2=acceleration * math.sin(body.heading_rad),
+                acceleration_d_sd_mps2=sd,
                 heading_rad=None if follows else body.heading_rad,
                 kind=body.kind,
                 turn_rate_radps=turn_rate,
@@ -171,7 +173,7 @@ class _Seen:
         else:
             self.across_mps = speed_mps * math.sin(body.heading_rad)
         self.time_s, self.d_m = time_s, body.d_m
-        self.speed.take(time_s, body.speed_mps, _SPEED_SD_MPS**2)
+        self.speed.take(time_s, speed_mps, _SPEED_SD_MPS**2)
         self.turning.take(time_s, yaw_rad)
 
 
