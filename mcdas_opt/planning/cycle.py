@@ -272,12 +272,6 @@ class Cycle:
         least_m = self.settings.headway.gap_m(self.assessment.rear_speed_mps or 0.0, LEAST_SHARE)
         return rear if rear in self.observed.attentive or (ends_soon and self.assessment.rear_gap_m >= least_m) else None
 
-    @property
-    def line_ahead_m(self) -> float | None:
-        """s [m] of the line at which the host has to wait; None without one, or where its front bumper is beyond."""
-        line_m = self.situation.stop_line_s_m
-        return line_m if line_m is not None and line_m >= self.situation.host.s_m + 0.5 * self.vehicle.length_m else None
-
     @cached_property
     def inconsiderate_sides(self) -> frozenset[Side]:
         """The sides in whose next lane somebody would have to brake harder than manners allow."""

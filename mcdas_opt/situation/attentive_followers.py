@@ -50,10 +50,14 @@ def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings
     return closing <= _CLOSING_MPS and gap >= settings.headway.gap_m(track.speed_s_mps, share)
 
 
+def line_ahead_m(situation: Situation, vehicle: Vehicle) -> float | None:
+    """s [m] of the line at which the host has to wait; None without one, or where its front bumper is beyond."""
+    line_m = situation.stop_line_s_m
+    return line_m if line_m is not None and line_m >= situation.host.s_m + 0.5 * vehicle.length_m else None
+
+
 def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
     """Whether the host stands at its stop line, or has to brake for it now."""
-    host, line_m = situation.host, situation.stop_line_s_m
-    if line_m is None:
-        return False
-    way_m = line_m - host.s_m - 0.5 * vehicle.length_m
-    return 0.0 <= way_m <= _AT_THE_LINE_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
+    host, line_m = situation.host, line_ahead_m(situation, vehicle)
+    within_m = _AT_THE_LINE_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
+    return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= within_m

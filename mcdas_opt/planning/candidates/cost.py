@@ -14,6 +14,7 @@ from mcdas_opt.planning.candidates.nearness import Nearness, nearness
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.headway import missing_headway
 from mcdas_opt.planning.proposals.comfortable_speed import bends_ahead
+from mcdas_opt.situation.attentive_followers import line_ahead_m
 from mcdas_opt.situation.passing_room import passing_gap_m
 
 
@@ -69,8 +70,9 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
     if cycle.people:
         rate = rate + weights.people * _missing_beside_people(near, cycle) ** 2
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
-    if cycle.line_ahead_m is not None:
-        over = near.tables[:, 1, -1] > cycle.line_ahead_m - 0.5 * cycle.vehicle.length_m
+    line_m = line_ahead_m(cycle.situation, cycle.vehicle)
+    if line_m is not None:
+        over = near.tables[:, 1, -1] > line_m - 0.5 * cycle.vehicle.length_m
         totals = [total + weights.stop_line * is_over for total, is_over in zip(totals, over.tolist(), strict=True)]
     if not others.ends:
         return totals

@@ -21,7 +21,7 @@ from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
-from mcdas_opt.situation.attentive_followers import waits_at_a_line
+from mcdas_opt.situation.attentive_followers import line_ahead_m, waits_at_a_line
 from mcdas_opt.situation.passed_in_lane import Passed
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
@@ -229,7 +229,8 @@ def _stops_within_m(cycle: Cycle, d_m: float) -> float:
 def _end_ahead_m(cycle: Cycle, d_m: float) -> float:
     """The way to where a host along the offset d stops before its lane ends, which one that is none to drive in does nowhere, or before
     the line at which it has to wait."""
-    host, road, vehicle, line_m = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.line_ahead_m
+    host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
+    line_m = line_ahead_m(cycle.situation, vehicle)
     front_m, lane = host.s_m + 0.5 * vehicle.length_m, road.lane_of(d_m, host.s_m)
     end = math.inf if road.is_for_others(lane) else road.lane_ends_m(lane, host.s_m, vehicle.width_m)
     if line_m is not None:
