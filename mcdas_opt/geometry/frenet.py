@@ -12,6 +12,8 @@ from mcdas_opt.domain.arithmetic import usual_arithmetic
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, finite, require_type, within
 
+# of 1 - d kappa: nearer to a bend's centre nothing has a place or a speed along the road; of what is measured, from farther off
+LEAST_STRETCH, LEAST_STRETCH_MEASURED = 0.1, 0.2
 _STEP_M = 0.5
 _LONGEST_M = 1e6  # of a table
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -142,7 +144,7 @@ class FrenetFrame:
             along = (x - px) * np.cos(theta) + (y - py) * np.sin(theta)
             across = -(x - px) * np.sin(theta) + (y - py) * np.cos(theta)
             before = s
-            s = np.clip(s + along / np.maximum(1.0 - across * self.road.curvature_at(s), 0.1), self._s[0], self._s[-1])
+            s = np.clip(s + along / np.maximum(1.0 - across * self.road.curvature_at(s), LEAST_STRETCH), self._s[0], self._s[-1])
             if np.abs(s - before).max(initial=0.0) < 1e-12:
                 break
         px, py, theta = self._line(s)

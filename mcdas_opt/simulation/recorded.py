@@ -12,11 +12,10 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, all_finite, floats
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.frenet import LEAST_STRETCH, FrenetFrame
 
 _AROUND_M = 50.0  # of road beyond the samples
 _ACROSS = np.sin(np.radians(20.0))  # who is headed farther off the road's direction goes on as headed
-_LEAST_STRETCH = 0.1  # of 1 - d kappa: nearer to the centre of a bend nothing has a speed along it
 GONE_M = 1e4  # who has left stands so far off the road: nobody meets or sees it
 
 
@@ -69,7 +68,7 @@ class RecordedMotion:
             d, speed = np.where(beyond, GONE_M, d), np.where(beyond, 0.0, speed)
             along, across = np.where(beyond, 0.0, along), np.where(beyond, 0.0, across)
         if self._frame is not None:
-            along = along / np.maximum(1.0 - d * self.road.curvature_at(s), _LEAST_STRETCH)
+            along = along / np.maximum(1.0 - d * self.road.curvature_at(s), LEAST_STRETCH)
         return BodyMotion(
             s_m=s + late * along,
             d_m=d + np.where(beyond, late * across, 0.0),

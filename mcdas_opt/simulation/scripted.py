@@ -13,10 +13,9 @@ from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.frenet import LEAST_STRETCH, FrenetFrame
 
 LATERAL_MOVE_NEEDS_MPS = 1.0
-_LEAST_STRETCH = 0.1  # of 1 - d kappa: nearer to the centre of a bend nothing has a speed along it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +146,7 @@ class HeadedMotion:
         driven = self.way(t_s)
         x, y, yaw = self._frame.to_plane(*(np.full_like(driven.s_m, q) for q in self.start))
         s, d, heading = self._frame.to_road(x + driven.s_m * np.cos(yaw), y + driven.s_m * np.sin(yaw), yaw)
-        stretch = 1.0 if self.road.is_straight else np.maximum(1.0 - d * self.road.curvature_at(s), _LEAST_STRETCH)
+        stretch = 1.0 if self.road.is_straight else np.maximum(1.0 - d * self.road.curvature_at(s), LEAST_STRETCH)
         speed = driven.speed_s_mps
         return BodyMotion(
             s_m=s, d_m=d, heading_rad=heading, speed_s_mps=speed * np.cos(heading) / stretch, speed_d_mps=speed * np.sin(heading)

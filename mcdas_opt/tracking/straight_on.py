@@ -13,14 +13,13 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
-from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED, FrenetFrame
 from mcdas_opt.geometry.window import frame_near
 
 LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
 _STEP_S = 0.1
 _TIMES_S = _STEP_S * np.arange(round(LASTS_S / _STEP_S) + 1, dtype=np.float64)
 _FARTHEST_M = 2500.0  # along the road that is known where it is
-_LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
 _JUMP_MPS = 120.0  # s that changes faster has gone over to another part of the road; nobody is believed to drive over 100 m/s
 _AS_NEAR_M = 1e-6  # what rounding may make of two equal distances
 _MOST_JUMPS = 8  # that are looked at, of one line
@@ -104,13 +103,13 @@ def _in_the_plane(track: Track, road: Road, turned_rad: Array, pace: Array) -> T
     fastest = abs(track.speed_s_mps) * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), 1.0) + abs(track.speed_d_mps)
     frame, here = frame_near(road, track.s_m, min(LASTS_S * fastest * float(pace.max()), _FARTHEST_M)), np.array([track.s_m])
     x, y, yaw = (float(q[0]) for q in frame.to_plane(here, np.array([track.d_m]), np.array([heading])))
-    forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), _LEAST_STRETCH)
+    forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
     road_there = yaw - heading + turned_rad  # as if it were the road that turned
     c, s = np.cos(road_there), np.sin(road_there)
     vx, vy = pace * (c * forward - s * track.speed_d_mps), pace * (s * forward + c * track.speed_d_mps)
     its_s, its_d, its_heading = _places(frame, x + _way(vx), y + _way(vy), yaw + turned_rad, track.s_m)
     road_yaw = yaw + turned_rad - its_heading
-    stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), _LEAST_STRETCH)
+    stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), LEAST_STRETCH_MEASURED)
     along, across = (np.cos(road_yaw) * vx + np.sin(road_yaw) * vy) / stretch, np.cos(road_yaw) * vy - np.sin(road_yaw) * vx
     return TabulatedLine.of(np.array([_TIMES_S, its_s, its_d, np.unwrap(its_heading), along, across]))
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from mcdas_opt.domain.track import ALIGNED_RAD, Track
 from mcdas_opt.domain.vocabulary import BodyKind
+from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED
 from mcdas_opt.interop.sumo.connection import (
     ABOARD,
     ACCELERATION,
@@ -32,7 +33,6 @@ from mcdas_opt.tracking.turn_rate import TurnRateFilter
 
 _LEVEL_M = 3.0  # who is farther above or below is on another road
 _BESIDE_M = 80.0  # of our lanes' middles: who is on other edges is seen as far as that to the sides
-_LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
 _KINDS = {"bicycle": BodyKind.BICYCLE, "motorcycle": BodyKind.MOTORCYCLE, "moped": BodyKind.MOTORCYCLE}  # of SUMO's vehicle classes
 _SPEED_SD_MPS = 0.1  # of an exact speed, for the filter that learns the acceleration from it
 
@@ -71,7 +71,7 @@ class Traffic:
             stretch = 1.0 - across_m * frame.curvature_at(at_m)
             if (
                 not -self.look_m[1] <= at_m - s_m <= self.look_m[0]
-                or stretch < _LEAST_STRETCH
+                or stretch < LEAST_STRETCH_MEASURED
                 or not _is_near(frame, at_m, across_m, facts)
             ):
                 continue

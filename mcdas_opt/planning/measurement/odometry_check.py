@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
+from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED
 from mcdas_opt.planning.measurement.standing_clock import StandingClock
 from mcdas_opt.tracking.notices import another_odometry, standing_clock
 from mcdas_opt.tracking.screening import clock_fault
@@ -17,7 +18,6 @@ _WITHIN_S = 3.0  # the last so many seconds are looked at
 _MOST_CYCLES = 60  # and not more cycles
 _OFF_M, _OFF_SHARE = 4.0, 0.3  # of the way: places are measured, and speeds, to so much at worst
 _JUMP_M = 10.0  # between two cycles: the place is counted from elsewhere
-_LEAST_STRETCH = 0.2  # of 1 - d kappa
 
 
 class Doubt(NamedTuple):
@@ -46,7 +46,7 @@ class OdometryCheck:
 
     def fault(self, host: HostState, road: Road, now: float) -> str:
         """How the place moves otherwise than the speed says, in words; "" where it does not."""
-        stretch = max(1.0 - host.d_m * float(road.curvature_at(host.s_m)), _LEAST_STRETCH)
+        stretch = max(1.0 - host.d_m * float(road.curvature_at(host.s_m)), LEAST_STRETCH_MEASURED)
         rate = host.speed_mps * complex(math.cos(host.heading_rad) / stretch, math.sin(host.heading_rad))
         place, driven = complex(host.s_m, host.d_m), 0j
         if self._past:
