@@ -37,15 +37,15 @@ def gets_past_somebody(required: RequiredLane | None, gap: Gap | None) -> bool:
 def arriving_gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, limit_mps: float) -> Iterator[Gap]:
     """The gaps that can be gone into in time, each with how soon."""
     host, there = situation.host, beside(situation, required.side)
-    share = _accepted_share(required.left_s - _ARRIVING_S)
-    time_gap_s = settings.headway.time_gap_s * (LEAST_SHARE + (1.0 - LEAST_SHARE) * share)
+    share = LEAST_SHARE + (1.0 - LEAST_SHARE) * _accepted_share(required.left_s - _ARRIVING_S)
+    time_gap_s = settings.headway.time_gap_s * share
     too_early, too_late = [], []  # for each of them: how far the host is short of being ahead, or behind
     for track in there:
         v = track.speed_s_mps
         soon_mps = max(v + max(known_acceleration_mps2(track), 0.0), 0.0)
         asked_m = follower_gap_m(soon_mps, host.speed_mps, time_gap_s, settings.manners.follower_braking_mps2)
         too_early.append(short_m(host.s_m - track.s_m, host.speed_mps - v, track, vehicle, asked_m))
-        too_late.append(_short_behind_m(track, host.speed_mps, track.s_m - host.s_m, vehicle, settings.headway, time_gap_s))
+        too_late.append(_short_behind_m(track, host.speed_mps, track.s_m - host.s_m, vehicle, settings.headway, share))
     for k in range(len(there) + 1):
         behind = max(range(k), key=too_early.__getitem__, default=None)
         ahead = max(range(k, len(there)), key=too_late.__getitem__, default=None)
@@ -78,12 +78,13 @@ def _is_in_time_behind(ahead: Track, situation: Situation, time_gap_s: float) ->
     return ahead.s_m + v * (left_s - time_gap_s) - ahead.length_m >= destination.s_m[0]
 
 
-def _short_behind_m(track: Track, speed_mps: float, ahead_m: float, vehicle: Vehicle, headway: HeadwaySettings, time_gap_s: float) -> float:
-    """By how much the distance to somebody ahead, whose speed the host takes on by ordinary braking, is less than that headway then."""
+def _short_behind_m(track: Track, speed_mps: float, ahead_m: float, vehicle: Vehicle, headway: HeadwaySettings, share: float) -> float:
+    """By how much the distance to somebody ahead, whose speed the host takes on by ordinary braking, is less than that share of the
+    headway then."""
     lengths, closing_mps = 0.5 * (track.length_m + vehicle.length_m), max(speed_mps - track.speed_s_mps, 0.0)
     closes_m = closing_mps * (_RESPONSE_S + closing_mps / (2.0 * ORDINARY_MPS2))
     opens_m = max(track.speed_s_mps - speed_mps, 0.0) * CROSSING_S
-    asked_m = headway.standstill_m + min(speed_mps, max(track.speed_s_mps, 0.0)) * time_gap_s
+    asked_m = headway.gap_m(min(speed_mps, track.speed_s_mps), share)
     return lengths + max(asked_m + closes_m - opens_m, BESIDE_SHARE * asked_m) - ahead_m
 
 
