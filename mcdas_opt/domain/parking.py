@@ -10,7 +10,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.equality import EqualByValue
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import (
@@ -27,6 +26,7 @@ from mcdas_opt.domain.rules import (
     vector,
     within,
 )
+from mcdas_opt.domain.trajectory import Vectors
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError
@@ -163,11 +163,11 @@ class Leg(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ParkingTrajectory(EqualByValue):
-    """Equal-length vectors: poses of the rear axle's midpoint; speed negative in reverse.
+class ParkingTrajectory(Vectors):
+    """Poses of the rear axle's midpoint; speed negative in reverse.
 
     Speed and steering are linear in between, and poses are their integral. `acceleration_mps2` and `steering_rate_radps` at k hold over
-    [t_k, t_k+1). The judge says whether it is sound.
+    [t_k, t_k+1).
     """
 
     t_s: Array
@@ -178,19 +178,6 @@ class ParkingTrajectory(EqualByValue):
     acceleration_mps2: Array
     steering_rad: Array
     steering_rate_radps: Array
-
-    def __post_init__(self) -> None:
-        size = -1
-        for item in fields(self):
-            value = floats(item.name, getattr(self, item.name), "must be a list of numbers")
-            size = (len(value) if value.ndim else 1) if size < 0 else size
-            if value.shape != (size,):
-                raise ParameterError(item.name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
-            value.setflags(write=False)
-            object.__setattr__(self, item.name, value)
-
-    def __len__(self) -> int:
-        return int(self.t_s.size)
 
     @property
     def poses(self) -> Array:
@@ -265,14 +252,6 @@ class ParkingTrajectory(EqualByValue):
     def moved(self, dx: float, dy: float) -> ParkingTrajectory:
         """The same trajectory in coordinates shifted by (dx, dy) [m]."""
         return replace(self, x_m=self.x_m + dx, y_m=self.y_m + dy)
-
-    def to_dict(self) -> dict[str, list[float]]:
-        document: dict[str, list[float]] = to_document(self)
-        return document
-
-    def columns(self) -> dict[str, Array]:
-        """The vectors by their names."""
-        return {item.name: attrgetter(item.name)(self) for item in fields(self)}
 
     @classmethod
     def from_columns(cls, columns: dict[str, Any]) -> ParkingTrajectory:

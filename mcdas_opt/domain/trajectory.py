@@ -21,6 +21,35 @@ class Command(NamedTuple):
     steering_rad: float
 
 
+class Vectors(EqualByValue):
+    """A dataclass (eq=False) of vectors of one length over the times `t_s`, read-only. Built by anybody: soundness is the judge's."""
+
+    __slots__ = ()
+    t_s: Array
+
+    def __post_init__(self) -> None:
+        size = -1
+        for name, given in self.columns().items():
+            value = given if _kept_as_it_is(given) else floats(name, given, "must be a list of numbers")
+            size = (len(value) if value.ndim else 1) if size < 0 else size
+            if value.shape != (size,):
+                raise ParameterError(name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return int(self.t_s.size)
+
+    def to_dict(self) -> dict[str, list[float]]:
+        document: dict[str, list[float]] = to_document(self)
+        return document
+
+    def columns(self) -> dict[str, Array]:
+        """The vectors by their names."""
+        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        return dict(zip(names, attrgetter(*names)(self), strict=True))
+
+
 class _Tabled:
     """Room for a trajectory's table, once it has been asked for or was there to begin with."""
 
@@ -29,10 +58,10 @@ class _Tabled:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Trajectory(_Tabled, EqualByValue):
-    """Equal-length vectors. (s, d) body centre, heading relative to the road at s; speed, acceleration, steering of the rear axle.
+class Trajectory(_Tabled, Vectors):
+    """(s, d) body centre, heading relative to the road at s; speed, acceleration, steering of the rear axle.
 
-    `jerk_mps3` and `steering_rate_radps` at k hold over [t_k, t_k+1); the last repeats. Built by anybody: soundness is the judge's.
+    `jerk_mps3` and `steering_rate_radps` at k hold over [t_k, t_k+1); the last repeats.
     """
 
     t_s: Array
@@ -44,19 +73,6 @@ class Trajectory(_Tabled, EqualByValue):
     steering_rad: Array
     steering_rate_radps: Array
     jerk_mps3: Array
-
-    def __post_init__(self) -> None:
-        size = -1
-        for name, given in zip(_NAMES, _columns(self), strict=True):
-            value = given if _kept_as_it_is(given) else floats(name, given, "must be a list of numbers")
-            size = (len(value) if value.ndim else 1) if size < 0 else size
-            if value.shape != (size,):
-                raise ParameterError(name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
-            value.setflags(write=False)
-            object.__setattr__(self, name, value)
-
-    def __len__(self) -> int:
-        return int(self.t_s.size)
 
     @property
     def table(self) -> Array:
@@ -113,14 +129,6 @@ class Trajectory(_Tabled, EqualByValue):
     def seen_from(self, s_m: float) -> Trajectory:
         """The same with its s counted from `s_m`."""
         return self if s_m == 0.0 else replace(self, s_m=self.s_m - s_m)
-
-    def to_dict(self) -> dict[str, list[float]]:
-        document: dict[str, list[float]] = to_document(self)
-        return document
-
-    def columns(self) -> dict[str, Array]:
-        """The vectors by their names."""
-        return dict(zip(_NAMES, _columns(self), strict=True))
 
     @classmethod
     def from_columns(cls, columns: dict[str, Any]) -> Trajectory:
