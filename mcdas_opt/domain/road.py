@@ -89,12 +89,11 @@ class Road:
         except (TypeError, ValueError):
             raise ParameterError("curvature", self.curvature, "must be a list of [s_m, kappa_1pm] pairs") from None
         object.__setattr__(self, "curvature", knots)
-        s = np.array([k[0] for k in knots])
-        if not knots or not np.all(np.isfinite(knots)):
+        if not knots:
             raise ParameterError("curvature", self.curvature, "must hold at least one finite [s_m, kappa_1pm] pair")
         if max(abs(knots[0][0]), abs(knots[-1][0])) > 2.0 * FARTHEST_M:
             raise ParameterError("curvature", self.curvature, f"s_m of the knots must lie within {2.0 * FARTHEST_M:g} of 0", "m")
-        if np.any(np.diff(s) < NEAREST_KNOTS_M):
+        if np.any(np.diff([s for s, _ in knots]) < NEAREST_KNOTS_M):
             raise ParameterError("curvature", self.curvature, f"s_m of the knots must increase, by at least {NEAREST_KNOTS_M:g}", "m")
         self._set_knots()
         self._set_borders()
