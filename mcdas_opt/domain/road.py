@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.lane import NEAREST_KNOTS_M, SPEED_LIMITS_MPS, Lane
 from mcdas_opt.domain.lane_borders import Edges, LaneBorders
-from mcdas_opt.domain.rules import FARTHEST_M, Array, all_of, finite, non_negative, positive, require, within
+from mcdas_opt.domain.rules import FARTHEST_M, Array, all_of, finite, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
@@ -70,8 +70,6 @@ class Road:
         return self._hash
 
     def __post_init__(self) -> None:
-        require(self, positive, "lane_width_m", "friction", "speed_limit_mps")
-        require(self, non_negative, "shoulder_left_m", "shoulder_right_m")
         within("lane_width_m", self.lane_width_m, *_LANE_WIDTHS_M, "m")
         for name, value in (("lanes_left", self.lanes_left), ("lanes_right", self.lanes_right)):
             if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MOST_LANES:

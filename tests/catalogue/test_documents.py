@@ -100,7 +100,7 @@ def document():
         (("road", "lanes_left"), 1.5, "road.lanes_left", "whole number"),
         (("road", "curvature"), [[0.0]], "road.curvature", "pairs"),
         (("road", "curvature"), [[0.0, math.nan]], "road.curvature", "finite"),
-        (("road", "friction"), 0, "road.friction", "greater than 0"),
+        (("road", "friction"), 0, "road.friction", "must lie in [0.01, 10]"),
         (("desired_speed_mps"), -1.0, "desired_speed_mps", "at least 0"),
     ],
 )
