@@ -31,6 +31,7 @@ import numpy as np
 
 import mcdas_opt
 from mcdas_opt.baselines.corrected import CorrectedMethod
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -42,7 +43,7 @@ from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.provenance import versions
 from mcdas_opt.evaluation.running.journal import Journal
 from mcdas_opt.planning.candidates.continuation import to_safe_end
-from mcdas_opt.planning.candidates.cost import CostWeights, trajectory_cost
+from mcdas_opt.planning.candidates.cost import trajectory_cost
 from mcdas_opt.planning.candidates.lane_change_cost import lane_change_cost
 from mcdas_opt.planning.candidates.lane_departure import departure
 from mcdas_opt.planning.cycle import Cycle

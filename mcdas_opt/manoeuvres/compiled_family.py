@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.cost_weights import NEARNESS_M
 from mcdas_opt.domain.prediction import Prediction, margins_together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
@@ -115,9 +116,10 @@ class CompiledMembers:
             half = 0.5 * self._sizes[:, k, None] + fixed
             self._bodies[:, 5 + k] = half + margins.share_of_prediction * self._margins[:, k]
         f.clear = scoring.clear_m
-        f.cost_acceleration, f.cost_speed, f.cost_lateral = family.ACCELERATION_COST, family.SPEED_COST, family.LATERAL_COST
-        f.cost_near, f.nearness, f.cost_change = family.NEARNESS_COST, family.NEARNESS_M, family.LANE_CHANGE_COST
-        f.cost_closing, f.end_room = family.END_CLOSING_COST, family.END_ROOM_M
+        cost = family.WEIGHTS
+        f.cost_acceleration, f.cost_speed, f.cost_lateral = cost.acceleration, cost.speed, cost.lateral_acceleration
+        f.cost_near, f.nearness, f.cost_change = cost.nearness, NEARNESS_M, cost.lane_change
+        f.cost_closing, f.end_room = cost.end_closing, cost.end_room_m
 
     def scored(self, scoring: Scoring) -> Scored:
         """Every member against everybody."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.cost_weights import NEARNESS_M, CostWeights
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
@@ -21,15 +22,7 @@ from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory, speed_history
 
 EDGE_M = 0.02  # bodies keep this far from the road's edges
 TICK = 1e-9  # costs closer than this are the same
-# what a member costs, per second of it, except where noted: the same cost as that of plans
-ACCELERATION_COST = 0.04  # per (m/s^2)^2
-LATERAL_COST = 0.08  # per (m/s^2)^2 of lateral acceleration
-SPEED_COST = 0.03  # per (m/s)^2 off the desired speed
-NEARNESS_COST = 6.0  # per exp(-gap / NEARNESS_M)
-NEARNESS_M = 0.7
-LANE_CHANGE_COST = 2.0  # once
-END_CLOSING_COST = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
-END_ROOM_M = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
+WEIGHTS = CostWeights()  # what a member costs: as a plan does
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,15 +152,15 @@ def score(
     feasible = rolled.possible & rolled.on_road & (least > scoring.clear_m)
     v, a = rolled.speeds.speed_mps, rolled.speeds.acceleration_mps2
     h = float(times[1] - times[0])
-    along = h * (ACCELERATION_COST * (a * a).sum(-1) + SPEED_COST * ((v - desired_speed_mps) ** 2).sum(-1))
+    along = h * (WEIGHTS.acceleration * (a * a).sum(-1) + WEIGHTS.speed * ((v - desired_speed_mps) ** 2).sum(-1))
     lateral = rolled.lateral_mps2
-    across = h * LATERAL_COST * np.einsum("...t,...t->...", lateral, lateral)
+    across = h * WEIGHTS.lateral_acceleration * np.einsum("...t,...t->...", lateral, lateral)
     cost = np.asarray(across + along)
     close = np.flatnonzero(near.nearest.max(-1) >= 0)
     rows = near.separation_m.reshape(-1, times.size)[close]
-    cost.reshape(-1)[close] += h * NEARNESS_COST * np.exp(np.maximum(rows, 0.0) * (-1.0 / NEARNESS_M)).sum(-1)
+    cost.reshape(-1)[close] += h * WEIGHTS.nearness * np.exp(np.maximum(rows, 0.0) * (-1.0 / NEARNESS_M)).sum(-1)
     away = np.abs(members.d_m[..., -1] - lane_d_m) > half_lane_m
-    cost += LANE_CHANGE_COST * away
+    cost += WEIGHTS.lane_change * away
     cost += _end_closing(rolled, prediction, vehicle)
     return Scored(
         separation_m=least,
@@ -214,7 +207,7 @@ def _end_closing(rolled: Rolled, prediction: Prediction, vehicle: Vehicle) -> Ar
         motion = body.at(end)
         ahead = float(motion.s_m[0]) - s
         gap = np.maximum(np.abs(ahead) - 0.5 * (vehicle.length_m + body.length_m), 1.0)
-        beside = np.abs(float(motion.d_m[0]) - d) - 0.5 * (body.width_m + vehicle.width_m) > END_ROOM_M
+        beside = np.abs(float(motion.d_m[0]) - d) - 0.5 * (body.width_m + vehicle.width_m) > WEIGHTS.end_room_m
         closing = np.maximum(np.sign(ahead) * (v - float(motion.speed_s_mps[0])), 0.0)
-        total += np.where(beside, 0.0, END_CLOSING_COST * closing * closing / gap)
+        total += np.where(beside, 0.0, WEIGHTS.end_closing * closing * closing / gap)
     return total

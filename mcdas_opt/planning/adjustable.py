@@ -7,12 +7,12 @@ from dataclasses import asdict, dataclass, fields, replace
 from operator import attrgetter
 from typing import Any
 
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.rules import finite
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.ocp.lane_mpc import default_weights
-from mcdas_opt.planning.candidates.cost import CostWeights
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.solver_settings import SolverSettings
 

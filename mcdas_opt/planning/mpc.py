@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, ClassVar
 
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.plan import Plan, Refusal, Timing
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Ended
-from mcdas_opt.planning.candidates.cost import CostWeights
 from mcdas_opt.planning.candidates.evaluator import Evaluator
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback.ladder import NothingPasses

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from mcdas_opt import Planner
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.domain.comfort import ComfortSettings
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
@@ -23,7 +24,6 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.planning.candidates.cost import CostWeights
 from mcdas_opt.planning.candidates.lane_change_cost import lane_change_cost
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lanes.best_gap import best_gap

@@ -15,6 +15,7 @@ from benchmarks.one_shot import Tally, examine, random_situation
 from mcdas_opt import verify
 from mcdas_opt.baselines.corrected import CorrectedMethod
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
@@ -26,7 +27,6 @@ from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning.candidates import continuation, evaluator
 from mcdas_opt.planning.candidates.collision_check import verdicts
-from mcdas_opt.planning.candidates.cost import CostWeights
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.fallback.severity import severities, severity

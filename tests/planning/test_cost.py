@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
@@ -18,7 +19,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.errors import PlannerFaultWarning
 from mcdas_opt.native.form import SWITCH
-from mcdas_opt.planning.candidates.cost import CostWeights, _rate, driving_costs
+from mcdas_opt.planning.candidates.cost import _rate, driving_costs
 from mcdas_opt.planning.candidates.nearness import nearness_of
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.planner import Planner

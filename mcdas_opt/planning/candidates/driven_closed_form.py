@@ -9,12 +9,13 @@ from itertools import chain, islice
 from typing import NamedTuple
 
 from mcdas_opt.actuation.path_following import SpeedLaw
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.errors import PlannerFaultWarning, told
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
 from mcdas_opt.planning.candidates.collision_check import verdicts
-from mcdas_opt.planning.candidates.cost import CostWeights, trajectory_cost
+from mcdas_opt.planning.candidates.cost import trajectory_cost
 from mcdas_opt.planning.candidates.lane_change_cost import needed_lane_change_cost
 from mcdas_opt.planning.candidates.path_driving import follow
 from mcdas_opt.planning.cycle import Cycle

@@ -7,12 +7,13 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.plan import Candidate
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Ended, Proposed, Refused
 from mcdas_opt.planning.candidates.collision_check import verdicts
 from mcdas_opt.planning.candidates.continuation import ended
-from mcdas_opt.planning.candidates.cost import CostWeights, driving_costs
+from mcdas_opt.planning.candidates.cost import driving_costs
 from mcdas_opt.planning.candidates.driven_closed_form import drive
 from mcdas_opt.planning.candidates.lane_change_cost import lane_change_cost
 from mcdas_opt.planning.candidates.lane_departure import departure

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.domain.vocabulary import Mode, Side
-from mcdas_opt.planning.candidates.cost import CostWeights
 from mcdas_opt.planning.cycle import Cycle
 
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mcdas_opt.domain.cost_weights import CostWeights
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.candidates.collision_check import CERTAIN_M
-from mcdas_opt.planning.candidates.cost import CostWeights, driving_costs
+from mcdas_opt.planning.candidates.cost import driving_costs
 from mcdas_opt.planning.candidates.lane_change_cost import lane_change_cost
 from mcdas_opt.planning.candidates.nearness import nearness_of
 from mcdas_opt.planning.cycle import Cycle
