@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 from mcdas_opt.actuation.adaptive_cruise import AdaptiveCruise
 from mcdas_opt.actuation.path_following import STEP_S
-from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in
-from mcdas_opt.domain.plan import Plan, Refusal
+from mcdas_opt.baselines.lane import LaneMethod, judged, leader_of, neighbours_in
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.dynamics.car_following import iso_15622_limits
 
 
@@ -33,20 +32,17 @@ class CruiseLaw:
         return min(max(wanted, now - turned), now + turned)
 
 
-class AccMethod:
+class AccMethod(LaneMethod):
     """Knows the car ahead in its lane and nothing else; the time gap is `Settings.headway`'s. Its plans are not repaired."""
 
-    has_ladder = False
     name = "acc"
 
     def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
+        super().__init__(vehicle, settings)
         headway = self.settings.headway
         self.cruise = AdaptiveCruise(time_gap_s=headway.time_gap_s, standstill_m=headway.standstill_m)
 
-    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan:
         lane = situation.host_lane
         front = neighbours_in(lane, situation, self.vehicle).ahead
         limit = situation.road.limit_mps(lane, situation.host.s_m, self.settings.speed_limit_excess)

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from mcdas_opt.baselines.lane import SteadyLaw, judged, leader_of, neighbours_in, strongest_braking_mps2
-from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.baselines.lane import LaneMethod, SteadyLaw, judged, leader_of, neighbours_in, strongest_braking_mps2
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.memory import carried
 
@@ -49,18 +46,12 @@ def needed_gap_m(speed_mps: float, leader: Leader, braking_mps2: float, strength
     return _MARGIN_M + (speed_mps - leader.speed_mps) * late_s + max(way, 0.0)
 
 
-class AebMethod:
+class AebMethod(LaneMethod):
     """Brakes only, in the lane, for the car ahead only; what comes from behind it does not know. Its plans are not repaired."""
 
-    has_ladder = False
     name = "aeb"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
-
-    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan:
         ahead = neighbours_in(situation.host_lane, situation, self.vehicle).ahead
         before = carried(previous, AebTarget)
         leader = leader_of(ahead, situation, self.vehicle)

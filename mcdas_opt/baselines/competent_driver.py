@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.baselines.lane import SteadyLaw, judged, leader_of, neighbours_in, strongest_braking_mps2
-from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.baselines.lane import LaneMethod, SteadyLaw, judged, leader_of, neighbours_in, strongest_braking_mps2
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.candidates.path_driving import Kind
 from mcdas_opt.planning.memory import carried
 
@@ -53,19 +50,13 @@ class ReactionLaw:
         return -min(max(JERK_MPS3 * pressed, RELEASE_MPS2), self.strength_mps2)
 
 
-class CompetentDriverMethod:
+class CompetentDriverMethod(LaneMethod):
     """Brakes for whoever is ahead in the lane, or has left the wandering zone of the next one towards it, under a critical time to
     collision; and for whoever is ahead and brakes hard. Never steers out, knows nothing of the rear; its plans are not repaired."""
 
-    has_ladder = False
     name = "un-r157"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
-
-    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan:
         before = carried(previous, Noticed)
         risk = self._risk(situation, before)
         if risk is None:

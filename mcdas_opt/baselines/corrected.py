@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+from mcdas_opt.baselines.lane import LaneMethod
 from mcdas_opt.catalogue.designs import schedule_of
 from mcdas_opt.domain.gain_schedule import GainSchedule
-from mcdas_opt.domain.plan import Plan, Refusal, Timing
+from mcdas_opt.domain.plan import Plan, Timing
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.candidates.collision_check import exact
@@ -22,22 +22,16 @@ from mcdas_opt.planning.proposals.evade import lateral_bound_mps2
 from mcdas_opt.reference.tuned_path import tuned_path
 
 
-class CorrectedMethod:
+class CorrectedMethod(LaneMethod):
     """The corrected sigmoid, driven: the first candidate, gentle ones first, that the judge passes.
 
     Order of trial: the active manoeuvre; keep the lane when nothing threatens; of the two sides the one that costs less (equal ones by the
     tie-break), braking, accelerating. When none passes, the first tried leaves with its failed verdict.
     """
 
-    has_ladder = False
     name = "closed-form-corrected"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
-
-    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan:
         started = time.perf_counter()
         cycle = Cycle.of(situation, self.vehicle, self.settings, carried(previous, Memory))
         found = closed_form(cycle, self.groups(cycle))

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
-from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.baselines.lane import LaneMethod, judged, leader_of, neighbours_in, strongest_braking_mps2
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request, Side
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.planning.candidates.path_driving import Kind
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
@@ -71,18 +70,12 @@ class Exchange:
         return self.own_after - self.own_before + _POLITENESS * others - _THRESHOLD_MPS2
 
 
-class IdmMobilMethod:
+class IdmMobilMethod(LaneMethod):
     """Follows by the IDM, changes lanes by MOBIL, along the corrected sigmoid at a comfortable bound; its plans are not repaired."""
 
-    has_ladder = False
     name = "idm-mobil"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
-
-    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan:
         going = carried(previous, Manoeuvre)
         if going is not None and going.finished(situation):
             going = None

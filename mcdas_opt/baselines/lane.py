@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from mcdas_opt.actuation.path_following import AccelerationLaw
-from mcdas_opt.domain.plan import Candidate, Plan, Timing
+from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.candidates.path_driving import Kind, follow
 from mcdas_opt.reference.lane_centre import LaneCentre
@@ -24,6 +25,23 @@ from mcdas_opt.verification.judge import judge
 
 _INTRUSION_M = SelectorSettings().lane_intrusion_m
 _STEADY_MPS2 = 0.2  # what accelerates or brakes by less keeps its speed
+
+
+class LaneMethod(ABC):
+    """A method that drives along the road and does nothing else; its plans are not repaired."""
+
+    has_ladder = False
+
+    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
+        self.vehicle, self.settings = vehicle, settings or Settings()
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
+        if situation.request is Request.PARK:
+            return Refusal(reason="parking is planned by park, not by the lane planner")
+        return self.drive(situation, previous)
+
+    @abstractmethod
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan: ...
 
 
 class Neighbours(NamedTuple):

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.baselines.lane import LaneMethod
 from mcdas_opt.domain.assessment import Assessment
-from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
+from mcdas_opt.domain.plan import Candidate, Plan, Timing
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Request, Side
+from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.memory import carried
 from mcdas_opt.reference.literal import LiteralPath, literal_path
@@ -41,19 +42,15 @@ class LiteralMemory:
     assessment: Assessment
 
 
-class LiteralMethod:
+class LiteralMethod(LaneMethod):
     """MCDAS as published: eq 11's speed and eq 22-23's path whenever a threat exists. The verdict is what it is."""
 
-    has_ladder = False
-
     def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
+        super().__init__(vehicle, settings)
         if self.settings.sigmoid.given is not None:
             raise ParameterError("planner", "closed-form", "is the paper as published: it takes no parameters")
 
-    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan:
         memory = carried(previous, LiteralMemory)
         assessment = assess(situation, self.vehicle, self.settings.selector, None if memory is None else memory.assessment)
         prediction = predict_for(situation, self.settings.prediction)

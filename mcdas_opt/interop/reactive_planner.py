@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.baselines.lane import judged, strongest_braking_mps2
+from mcdas_opt.baselines.lane import LaneMethod, judged, strongest_braking_mps2
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
+from mcdas_opt.domain.plan import Candidate, Plan, Timing
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
@@ -23,7 +23,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Request, Side
+from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.errors import of_extra
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.planning.memory import carried
@@ -61,16 +61,15 @@ class FullBraking:
         return -self.strength_mps2
 
 
-class ReactiveMethod:
+class ReactiveMethod(LaneMethod):
     """The package's defaults stand (four sampling levels, its cost, a plan every 0.3 s), but for the vehicle's size and limits, the
     width of the road for the lateral samples, and a horizon of 4 s. It knows no friction circle. When no sample is free it brakes in its
     lane until it plans again. Raises `MissingExtraError` where the package is not installed."""
 
-    has_ladder = False
     name = "commonroad-reactive"
 
     def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
+        super().__init__(vehicle, settings)
         self._package = _package()
         self._planner: Any = None
         self._road: Road | None = None
@@ -78,9 +77,7 @@ class ReactiveMethod:
         self._line: Any = None
         self._frame = FrenetFrame(road=Road())
 
-    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
+    def drive(self, situation: Situation, previous: Plan | None) -> Plan:
         started = time.perf_counter()
         prediction = predict_for(situation, self.settings.prediction)
         self._lay(situation)
