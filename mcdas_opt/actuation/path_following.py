@@ -19,9 +19,8 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.axle_limits import driving_mps2
-from mcdas_opt.dynamics.bicycle import road_bicycle, swept_inset_m2
-from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.dynamics.stopping import time_to_stop
+from mcdas_opt.dynamics.bicycle import swept_inset_m2
+from mcdas_opt.dynamics.stopping import held_step
 
 BANDWIDTH_RADPS = 2.5  # of the lateral feedback
 PREVIEW_S = 0.1
@@ -69,25 +68,16 @@ def follow(
     states, inputs = [x], []
     grip, driving = FRICTION_SHARE * road.friction * GRAVITY_MPS2, driving_mps2(vehicle, road.friction)
     knots = [(float(s), float(k)) for s, k in road.curvature]
-    straight = road.is_straight
+
+    def curvature(s: float) -> float:
+        return 0.0 if road.is_straight else _interpolate(knots, s)
+
     for k in range(steps):
-        kappa = 0.0 if straight else _interpolate(knots, x[0])
-        rate = _steering_rate(x, path, kappa, vehicle, min(lateral_acceleration_mps2, grip))
+        rate = _steering_rate(x, path, curvature(x[0]), vehicle, min(lateral_acceleration_mps2, grip))
         jerk = _jerk(x, _wanted(x, law, k * h, vehicle), vehicle, grip, driving)
-        u = (jerk, rate)
-
-        def right_side(state: Any, u: tuple[float, float] = u) -> list[Any]:
-            at = 0.0 if straight else _interpolate(knots, state[0])
-            return road_bicycle(state, u, at, vehicle.wheelbase_m, vehicle.centre_m, math)
-
-        stop = time_to_stop(x[3], x[4], jerk)
-        if stop < h:  # the brakes hold the car
-            x = rk4(right_side, x, stop)
-            x = [*x[:3], 0.0, 0.0, x[5] + rate * (h - stop)]
-        else:
-            x = rk4(right_side, x, h)
+        x = held_step(x, (jerk, rate), h, curvature, vehicle)
         states.append(x)
-        inputs.append(u)
+        inputs.append((jerk, rate))
     times = np.round(np.arange(steps + 1) * h, 9)
     return Trajectory.from_states(times, np.array(states), np.array(inputs))
 

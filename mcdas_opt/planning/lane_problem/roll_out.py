@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -14,9 +13,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.dynamics.bicycle import road_bicycle
-from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.dynamics.stopping import time_to_stop
+from mcdas_opt.dynamics.stopping import held_step, time_to_stop
 from mcdas_opt.native.binding import LastAddress
 from mcdas_opt.native.library import library
 
@@ -61,8 +58,11 @@ def _car(vehicle: Vehicle) -> Array:
 
 def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeGrid, vehicle: Vehicle, road: Road) -> Array:
     """States (N + 1, 6) of the roll-out, where there is no compiler; the reference of the compiled one. Writes into `u` as that does."""
-    straight = road.is_straight
     x = [float(value) for value in host.to_vector()]
+
+    def curvature(s: float) -> float:
+        return 0.0 if road.is_straight else float(road.curvature_at(s))
+
     states = [x]
     for k, h in enumerate(grid.steps_s.tolist()):
         standing = x[3] <= 1e-9 and x[4] <= 0.0
@@ -73,18 +73,7 @@ def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeG
             continue
         if x[4] < 0.0 <= x[4] + u[k, 0] * h and time_to_stop(x[3], x[4], float(u[k, 0])) < h:
             u[k, 0] = -(x[4] + _HELD_MPS2) / h
-        jerk, rate = float(u[k, 0]), float(u[k, 1])
-
-        def right_side(state: Any, jerk: float = jerk, rate: float = rate) -> list[Any]:
-            kappa = 0.0 if straight else float(road.curvature_at(state[0]))
-            return road_bicycle(state, (jerk, rate), kappa, vehicle.wheelbase_m, vehicle.centre_m, math)
-
-        stop = time_to_stop(x[3], x[4], jerk)
-        if stop < h:
-            x = rk4(right_side, x, stop)
-            x = [*x[:3], 0.0, 0.0, x[5] + rate * (h - stop)]
-        else:
-            x = rk4(right_side, x, h)
+        x = held_step(x, (float(u[k, 0]), float(u[k, 1])), h, curvature, vehicle)
         states.append(x)
     return np.array(states)
 
