@@ -20,7 +20,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 
-_STRETCH_M = 1000.0
+STRETCH_M = 1000.0  # that a host drives before its places are counted from a new origin
 _LEFT_S = 20.0  # no lane is gone to for its speed that ends sooner
 _SOON_S, _CHANGE_S = 0.5, 5.0  # a lane change crosses the marking no sooner, and is done by then
 _EASING_MPS2 = 1.5  # of braking towards a lower speed limit ahead
@@ -37,7 +37,7 @@ _KAPPA_1PM = itemgetter(1)  # of a knot
 def local_origin_m(s_m: float) -> float:
     """Where s = 0 lies for whoever works near `s_m`: the nearest whole kilometre. So numbers stay small wherever the car drives, and what
     is remembered of a road, or of the last solve, serves for that long."""
-    return _STRETCH_M * round(s_m / _STRETCH_M) if math.isfinite(s_m) else 0.0
+    return STRETCH_M * round(s_m / STRETCH_M) if math.isfinite(s_m) else 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

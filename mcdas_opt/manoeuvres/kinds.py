@@ -44,7 +44,7 @@ USUAL = Scoring(margins=Margins(along_m=0.5, across_m=0.25, share_of_prediction=
 TIGHT = Scoring(margins=Margins(along_m=0.1, across_m=0.1), clear_m=CLEAR_M)  # where nothing is clear with those
 
 _STEP_S = 0.1
-_STEERABLE_MPS = 0.5
+STEERABLE_MPS = 0.5  # who is slower stands
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,7 +195,7 @@ def _profiles(situation: Situation, ends: list[tuple[float, float]]) -> tuple[La
     host, road = situation.host, situation.road
     grip = road.grip_mps2
     rows = [(road.lane_centre_m(situation.host_lane, host.s_m), min(KEEPING_MPS2, 0.5 * grip), 0.0, 0.0)]
-    if host.speed_mps >= _STEERABLE_MPS:
+    if host.speed_mps >= STEERABLE_MPS:
         spread = tuple(product(LATERAL_SHARES, DELAYS_S))
         rows += [(target, share * grip, delay, sign) for target, sign in ends for share, delay in spread]
     target_d, push, delay, sides = np.array(rows).T[:, None, :]

@@ -8,18 +8,18 @@ from typing import TypeVar
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import STRETCH_M
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert, Mode, Sector, Side, Status
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.traffic.observed import Observed
+from mcdas_opt.situation.assess import CLOCK_DIGITS
 
 M = TypeVar("M")
 
 
 _OLDEST_S = 10.0  # no plan is as long: the clock has jumped, or nobody has asked since
-_STRETCH_M = 1000.0  # that a host drives before its places are counted from a new origin
-_CLOCK_DIGITS = 4  # of a second: what is finer is a clock's jitter, or the resolution of seconds since 1970
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,10 +105,10 @@ class Memory:
         here_m = float(math.floor(later.host.s_m))
         if self.situation is None:
             return Memory(origin_m=here_m)
-        elapsed_s = round(later.time_s - self.situation.time_s, _CLOCK_DIGITS)
+        elapsed_s = round(later.time_s - self.situation.time_s, CLOCK_DIGITS)
         if not 0.0 < elapsed_s <= _OLDEST_S:
             return Memory(origin_m=here_m)
-        origin_m = self.origin_m if abs(here_m - self.origin_m) <= _STRETCH_M else here_m
+        origin_m = self.origin_m if abs(here_m - self.origin_m) <= STRETCH_M else here_m
         by_m, previous, reaction = origin_m - self.origin_m, self.previous, self.reaction
         if previous is not None:
             previous = replace(previous, trajectory=previous.trajectory.seen_from(by_m), age_s=previous.age_s + elapsed_s)

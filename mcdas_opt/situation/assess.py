@@ -21,7 +21,7 @@ from mcdas_opt.situation.table1 import literal_mode
 
 _TIE_M = 0.1  # a smaller difference between the sides is a tie
 _LANE_END_MPS2 = 3.0  # of braking: a lane's end that asks for less is no threat
-_CLOCK_DIGITS = 4  # of a second: what is finer is rounding
+CLOCK_DIGITS = 4  # of a second: what is finer is rounding, a clock's jitter, or the resolution of seconds since 1970
 _LANE_REACHED = 0.75  # of a lane's width: an evasion that came this far counts lanes anew
 
 
@@ -62,7 +62,7 @@ def assess(
     if front.is_road_end and ttc_front < settings.ttc_warning_s:  # no lane goes on
         blocked |= {Sector.LEFT, Sector.RIGHT}
     offset = 0.0 if front_car is None else front_car.d_m - host.d_m
-    began_s = round(before.since_s - elapsed_s, _CLOCK_DIGITS) if elapsed_s else before.since_s
+    began_s = round(before.since_s - elapsed_s, CLOCK_DIGITS) if elapsed_s else before.since_s
     age = math.inf if previous is None or situation.time_s < began_s else situation.time_s - began_s
     choice = select_one(
         Facts(

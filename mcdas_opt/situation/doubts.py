@@ -24,16 +24,16 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import separation_of_poses
 from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.situation.assess import CLOCK_DIGITS
+from mcdas_opt.situation.host_faults import HARDEST_MPS2, JUMP_MPS
 
 _SIGMAS = 3.0
 _OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, cannot both be there
-_JUMP_M, _JUMP_MPS = 3.0, 8.0  # farther from where it was going, within a cycle, no car gets
+_JUMP_M = 3.0  # farther from where it was going, within a cycle, no car gets
 _AGAINST_MPS, _AGAINST_SIGMAS = 2.0, 2.0  # who differ in speed by both move against one another
-_HARDEST_MPS2 = 12.0
 _FASTEST_MPS = 100.0
 _MEMORY_S = 1.0  # an older situation says nothing of this one
 _SUPPOSED_S = 0.5  # a body whose track has jumped away is planned around for so long
-_CLOCK_DIGITS = 4  # of a second: what is finer is rounding
 _BESIDE_M = 0.1  # from the host's body to one that was said to be within it
 _SURE = 0.99  # of a limit: below it rounding explains nothing
 _ROUNDING_M = 1e-6  # what a shift of the origin may change: nobody is ahead by less
@@ -109,7 +109,7 @@ def _supposed(
         return []
     now = _rows(tracks)
     for one in supposed:
-        left_s, expected = round(one.left_s - elapsed_s, _CLOCK_DIGITS), one.track.later(elapsed_s)
+        left_s, expected = round(one.left_s - elapsed_s, CLOCK_DIGITS), one.track.later(elapsed_s)
         if 0.0 < elapsed_s <= _MEMORY_S and left_s > 0.0 and _who_is(expected, now, elapsed_s) is None:
             found.append(SupposedTrack(track=expected, left_s=left_s))
     swapped: set[frozenset[str]] = set()
@@ -134,7 +134,7 @@ def _supposed(
 def _changed(tracks: Sequence[Track], last: dict[str, Track], elapsed_s: float) -> list[tuple[Track, Track]]:
     """Tracks as they are and as they were, where place or speed has changed by what may be more than a car's can: all that `_jump` finds
     something of are among them."""
-    most_m, most_mps, half_s = _SURE * _JUMP_M, _SURE * (_JUMP_MPS + _HARDEST_MPS2 * elapsed_s), 0.5 * elapsed_s
+    most_m, most_mps, half_s = _SURE * _JUMP_M, _SURE * (JUMP_MPS + HARDEST_MPS2 * elapsed_s), 0.5 * elapsed_s
     return [
         (now, then)
         for now, then in ((track, last[track.id]) for track in tracks if track.id in last)
@@ -157,7 +157,7 @@ def _who_is(expected: Track, rows: Array, elapsed_s: float) -> int | None:
     """The first of the tracks that is where a body was expected, as fast as that: `_place_error` and `_speed_error` of all at once."""
     there = np.ones(rows.shape[1], dtype=bool)
     of = (expected.s_m, expected.d_m, expected.speed_s_mps)
-    allowed = (_JUMP_M, _JUMP_M, _JUMP_MPS + _HARDEST_MPS2 * elapsed_s)
+    allowed = (_JUMP_M, _JUMP_M, JUMP_MPS + HARDEST_MPS2 * elapsed_s)
     for row, variances, value, most, k in zip(rows[:3], rows[3:], of, allowed, (0, 2, 1), strict=True):
         spread = _SIGMAS * np.sqrt(np.maximum(variances + expected.covariance[k, k], 0.0))
         there &= ~(np.abs(row - value) > most + spread)
@@ -184,7 +184,7 @@ def _goes_on_in_the_plane(track: Track, last: Track, elapsed_s: float, road: Roa
     along, across = stretch * np.array([last.speed_s_mps, track.speed_s_mps]), np.array([last.speed_d_mps, track.speed_d_mps])
     vx, vy = along * np.cos(yaw) - across * np.sin(yaw), along * np.sin(yaw) + across * np.cos(yaw)
     off = math.hypot(x[1] - x[0] - 0.5 * elapsed_s * (vx[0] + vx[1]), y[1] - y[0] - 0.5 * elapsed_s * (vy[0] + vy[1]))
-    return off <= _JUMP_M and math.hypot(vx[1] - vx[0], vy[1] - vy[0]) <= _JUMP_MPS + _HARDEST_MPS2 * elapsed_s
+    return off <= _JUMP_M and math.hypot(vx[1] - vx[0], vy[1] - vy[0]) <= JUMP_MPS + HARDEST_MPS2 * elapsed_s
 
 
 def _place_error(track: Track, expected: Track) -> float | None:
@@ -199,7 +199,7 @@ def _speed_error(track: Track, expected: Track, elapsed_s: float) -> float | Non
     """By how much its speed has changed [m/s], where that is more than a car's can."""
     faster = abs(track.speed_s_mps - expected.speed_s_mps)
     spread = _SIGMAS * math.sqrt(max(float(track.covariance[1, 1] + expected.covariance[1, 1]), 0.0))
-    return faster if faster > _JUMP_MPS + _HARDEST_MPS2 * elapsed_s + spread else None
+    return faster if faster > JUMP_MPS + HARDEST_MPS2 * elapsed_s + spread else None
 
 
 def _in_one_place(tracks: Sequence[Track], last: dict[str, Track]) -> list[Doubt]:

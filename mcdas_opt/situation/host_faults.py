@@ -10,8 +10,7 @@ from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import degrees_perhaps
 
-_JUMP_MPS = 8.0  # more than hardest braking, within a cycle, no car's speed changes
-_HARDEST_MPS2 = 12.0
+JUMP_MPS, HARDEST_MPS2 = 8.0, 12.0  # by so much more than hardest braking, within a cycle, no car's speed changes
 _HOST_FASTEST_MPS = 85.0  # and than half as fast again as it can drive
 _HOST_HARDEST_MPS2 = 30.0  # three times what tyres hold: a crash, or no acceleration
 _HOST_STEERING_RAD = 1.4  # of the wheels of any car
@@ -34,7 +33,7 @@ def host_faults(host: HostState, road: Road, before_mps: tuple[float, ...], elap
         faults["speed_mps"] = f"the host moves backwards at {-speed:.3g} m/s"
     elif speed > fastest:
         faults["speed_mps"] = f"the host moves at {speed:.0f} m/s, faster than {fastest:.0f}"
-    elif before_mps and min(abs(speed - before) for before in before_mps) > _JUMP_MPS + _HARDEST_MPS2 * elapsed_s:
+    elif before_mps and min(abs(speed - before) for before in before_mps) > JUMP_MPS + HARDEST_MPS2 * elapsed_s:
         faults["speed_mps"] = f"the host's speed jumped by {abs(speed - before_mps[-1]):.1f} m/s in {elapsed_s:.2g} s"
     if abs(host.acceleration_mps2) > _HOST_HARDEST_MPS2:
         faults["acceleration_mps2"] = f"the host accelerates at {host.acceleration_mps2:.3g} m/s^2, beyond {_HOST_HARDEST_MPS2:.0f}"

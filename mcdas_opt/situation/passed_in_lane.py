@@ -15,7 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.situation.passing_room import is_oncoming, may_be_passed, most_mps, room_asked, stands
 
-_INTRUSION_M = 0.2  # who reaches into the lane by less is in nobody's way
+INTRUSION_M = 0.2  # who reaches into the lane by less is in nobody's way
 _OUTSIDE_M, _STILL_OUTSIDE_M = 0.0, -0.2  # beyond the lane's border: a car that stands wholly within it stands in a queue
 _BORDER_M = 0.1  # from the host's body to the lane's other border
 _ON_SHOULDER_M = 0.6  # so far beyond it for oncoming traffic, where the lane is the last one
@@ -128,7 +128,7 @@ def _at_the_side(situation: Situation, vehicle: Vehicle, before: frozenset[str])
         if is_oncoming(track):
             inner_m -= _drift_m(track, side)
             free_m = _free_m(other, situation, track.s_m)
-        asked, is_in_lane = room_asked(track, situation, again=again), inner_m <= half - _INTRUSION_M
+        asked, is_in_lane = room_asked(track, situation, again=again), inner_m <= half - INTRUSION_M
         if stands(track):
             outside_m = _STILL_OUTSIDE_M if again else _OUTSIDE_M
             if not is_in_lane or abs(away_m) + 0.5 * track.across_m < half + outside_m:

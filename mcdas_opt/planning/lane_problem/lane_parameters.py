@@ -23,8 +23,7 @@ from mcdas_opt.ocp.lane_mpc import CENTRE, FAR_M, HEADWAY_HORIZON_S, STEERING_RA
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.front.headway import asked_time_gap_s
 from mcdas_opt.planning.lane_problem.grown_bodies import grown_bodies
-from mcdas_opt.planning.lanes.neighbours import INTRUSION_M
-from mcdas_opt.situation.passed_in_lane import Passed
+from mcdas_opt.situation.passed_in_lane import INTRUSION_M, Passed
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5

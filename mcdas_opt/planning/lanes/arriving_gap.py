@@ -14,6 +14,7 @@ from mcdas_opt.planning.lanes.gap import (
     BESIDE_SHARE,
     CROSSING_S,
     GAINING_MPS2,
+    HARDLY_MPS,
     LOSING_MPS2,
     SLOWER_MPS,
     Gap,
@@ -25,7 +26,6 @@ from mcdas_opt.planning.lanes.required_lane import RequiredLane, beside
 
 _YIELDING_S, _LAST_S = 8.0, 3.0  # before a destination less than the whole headway is accepted, and the least that ever is
 _ARRIVING_S = 3.0  # so much sooner for a destination: by its time the change is over
-_HARDLY_MPS = 0.3  # a relative speed that gains nothing
 _RESPONSE_S = 0.5  # until the host brakes for who is ahead in the next lane
 
 
@@ -90,7 +90,7 @@ def _short_behind_m(track: Track, speed_mps: float, ahead_m: float, vehicle: Veh
 
 def _gained_after_s(way_m: float, now_mps: float, most_mps: float, gain_mps2: float) -> float:
     """When somebody has gained that way on another who begins with one relative speed, and goes over to another; infinite: never."""
-    if most_mps < _HARDLY_MPS:
+    if most_mps < HARDLY_MPS:
         return math.inf
     if now_mps >= most_mps:
         return way_m / most_mps

@@ -14,6 +14,7 @@ BESIDE_SHARE = 0.7  # of the gap that is asked for once there, already now
 GAINING_MPS2, LOSING_MPS2 = 1.0, 1.5  # to get ahead of somebody, or behind
 SLOWER_MPS = 6.0  # at most, than who is let ahead
 FASTER_MPS = 3.0  # than who is passed, where the host wants to be no faster itself
+HARDLY_MPS = 0.3  # a relative speed that gains nothing
 _OWN_GAP_S = 0.5  # to who is ahead in the own lane, while one gets past somebody in the next
 
 

@@ -20,6 +20,7 @@ from mcdas_opt.planning.lanes.gap import (
     CROSSING_S,
     FASTER_MPS,
     GAINING_MPS2,
+    HARDLY_MPS,
     LOSING_MPS2,
     SLOWER_MPS,
     Gap,
@@ -35,7 +36,7 @@ _ACCEPTED_SHARE = 0.85  # of the headway that is asked for, then: who accepts it
 _LEAST_GAP_S = 0.55  # that a follower has in any case
 _MATCHED_MPS = 1.0  # by so much a host is faster by the time that it is in the gap
 _AHEAD_SHARE = 0.6  # of what is free in a gap, ahead of the host
-_HARDLY_S, _HARDLY_MPS = 0.01, 0.3  # the least wait for a gap that is not there now; a relative speed that gains nothing
+_HARDLY_S = 0.01  # the least wait for a gap that is not there now
 _SPARE_M = 4.0  # that a gap is longer than the host needs, for which it speeds up
 
 
@@ -166,7 +167,7 @@ def _shifted_s(way_m: float, now_mps: float, most_mps: float, rising_mps2: float
     rises from what it is now to that at most, and falls to nothing again. Infinite: never."""
     begun, per_square = max(now_mps, 0.0), 0.5 / rising_mps2 + 0.5 / falling_mps2
     peak = min(max(most_mps, begun), math.sqrt(begun * begun + way_m / per_square))
-    if peak < _HARDLY_MPS:
+    if peak < HARDLY_MPS:
         return math.inf
     held_s = max(way_m - (peak * peak - begun * begun) * per_square, 0.0) / peak
     return (peak - now_mps) / rising_mps2 + held_s + peak / falling_mps2

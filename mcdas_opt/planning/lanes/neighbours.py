@@ -11,9 +11,9 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.car_following import IdmSettings
+from mcdas_opt.situation.passed_in_lane import INTRUSION_M
 from mcdas_opt.situation.roles import gap_m
 
-INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 _RESPONSE_S = 1.0  # of who is behind there
 _ACCELERATES_S = 1.5  # who does so
 _NONE_MPS2 = 1e-100  # whose square is still a number

@@ -8,8 +8,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.lanes.lane_choice import presses
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
-from mcdas_opt.planning.lanes.neighbours import INTRUSION_M
 from mcdas_opt.planning.lanes.required_lane import RequiredLane
+from mcdas_opt.situation.passed_in_lane import INTRUSION_M
 
 _UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out
 

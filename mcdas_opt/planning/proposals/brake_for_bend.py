@@ -10,12 +10,11 @@ from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.proposals.keep_lane import keep_path
+from mcdas_opt.planning.proposals.keep_lane import HARDER, keep_path
 from mcdas_opt.reference.speed_profile import squares_in_bends
 
 BRAKE_FOR_BEND = "brake-for-bend"
 _BEARABLE = 0.5  # of the road's grip: what a bend may ask for across before it is braked for harder than is comfortable
-_HARDER = 1.15  # than what is needed by now: it is begun with some jerk
 _STEP_M, _NEAREST_M = 2.0, 5.0
 
 
@@ -32,7 +31,7 @@ def brake_for_bend(cycle: Cycle) -> Proposed | None:
     worst = int(np.argmax(needed))
     if needed[worst] <= comfort.late_braking_mps2:
         return None
-    rate = min(_HARDER * float(needed[worst]), available_mps2(cycle.vehicle, road.friction)[0])
+    rate = min(HARDER * float(needed[worst]), available_mps2(cycle.vehicle, road.friction)[0])
     speeds = np.maximum(host.speed_mps - rate * times_s, min(math.sqrt(squares[worst]), host.speed_mps))
     return Proposed(
         name=BRAKE_FOR_BEND,

@@ -10,7 +10,7 @@ from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
-from mcdas_opt.manoeuvres.kinds import next_lane_m
+from mcdas_opt.manoeuvres.kinds import STEERABLE_MPS, next_lane_m
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2
@@ -51,7 +51,7 @@ def steer_out(cycle: Cycle, side: Side) -> Proposed:
     refusal = begins_unwatched(cycle, side)
     if target is None:
         refusal, target = _why_no_lane(situation, side), host.d_m
-    elif host.speed_mps < 0.5:
+    elif host.speed_mps < STEERABLE_MPS:
         refusal = "standing still"
     if sigmoid.given is not None:
         path = given_path(situation, vehicle, sigmoid.given, side)

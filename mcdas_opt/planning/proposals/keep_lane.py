@@ -24,7 +24,7 @@ from mcdas_opt.situation.roles import gap_m
 
 BRAKE = "brake"  # of whatever brakes in the lane, however hard: the basic candidate too
 BRAKE_BEHIND = "brake-behind"
-_HARDER = 1.15  # than what is needed by now: it is begun with some jerk
+HARDER = 1.15  # than what is needed by now: it is begun with some jerk
 _SLOWER_MPS = 2.0  # than the front car, until the distance is there
 _LEAST_ROOM_M = 1.0
 _SLOWEST_MPS = 3.0  # a way aside is as long as at this speed, at least
@@ -80,7 +80,7 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
         room_m = max(gap_m(front, situation.host, cycle.vehicle) - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
         needed = max(needed, stopping_mps2(host_mps, front_mps, braking, room_m))
         slowest = min(slowest, max(front_mps - max(braking, 0.0) * horizon_s - _SLOWER_MPS, 0.0))
-    rate = min(max(_HARDER * needed, ORDINARY_MPS2), available_mps2(cycle.vehicle, situation.road.friction)[0])
+    rate = min(max(HARDER * needed, ORDINARY_MPS2), available_mps2(cycle.vehicle, situation.road.friction)[0])
     speeds = np.maximum(host_mps - rate * cycle.settings.grid.times_s, min(slowest, host_mps))
     return Proposed(
         name=BRAKE_BEHIND,

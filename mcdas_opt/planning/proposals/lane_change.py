@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.manoeuvres.kinds import STEERABLE_MPS
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
@@ -15,7 +16,6 @@ from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.proposals.unwatched import unwatched
 from mcdas_opt.reference.offset_path import OffsetPath
 
-_STEERABLE_MPS = 0.5
 _ARRIVING_SHARE = 0.6  # of the time that is left to a destination: then its lane lets the host come there in time
 _LEAST_SHARE = 0.1  # of a path's amplitude: a logistic curve has no end
 _DUE_S = 8.0  # a lane that has to be reached so soon is gone on to without settling in the one between
@@ -66,7 +66,7 @@ def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
     """The same because the lane has to be reached, sooner where it has to be soon; None where nobody watches that side, or the car
     stands."""
     situation = cycle.situation
-    if unwatched(situation, required.side) or situation.host.speed_mps < _STEERABLE_MPS:
+    if unwatched(situation, required.side) or situation.host.speed_mps < STEERABLE_MPS:
         return None
     changing_s = cycle.settings.manners.changing_s
     within_s = required.left_s - 1.0 if required.own_lane_ends else min(required.left_s - 1.0, _ARRIVING_SHARE * required.left_s)
@@ -80,7 +80,7 @@ def change_on(cycle: Cycle, required: RequiredLane, active: Manoeuvre) -> Propos
     host, road = situation.host, situation.road
     if active.mode is not Mode.CRUISE or active.side is not required.side or required.left_s > _DUE_S or not active.half_done(situation):
         return None
-    if unwatched(situation, required.side) or host.speed_mps < _STEERABLE_MPS:
+    if unwatched(situation, required.side) or host.speed_mps < STEERABLE_MPS:
         return None
     beside = situation.lane_beside(required.side)
     target, begun_d_m = road.lane_centre_m(beside, host.s_m), active.path.start_d_m
