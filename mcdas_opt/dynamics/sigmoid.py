@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
+
+PEAK_OF_FIRST_DERIVATIVE = 0.25  # max |S'| / |a|
+PEAK_OF_SECOND_DERIVATIVE = 1.0 / (6.0 * math.sqrt(3.0))  # max |S''| / a^2
+PEAK_OF_THIRD_DERIVATIVE = 1.0 / 8.0  # max |S'''| / |a|^3
 
 
 def sigmoid(x: Any, a: Any, b: Any, m: Any) -> Any:

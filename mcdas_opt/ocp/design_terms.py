@@ -7,7 +7,6 @@ K^2 y'' bounds the lateral acceleration v^2 kappa at the path speed K from above
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,11 +14,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mcdas_opt.dynamics.sigmoid import renormalised
+from mcdas_opt.dynamics.sigmoid import PEAK_OF_SECOND_DERIVATIVE, PEAK_OF_THIRD_DERIVATIVE, renormalised
 
 B_LEAST = 4.0  # from 2 + sqrt(3) on the peaks of y'' and y''' lie on the path, and their closed forms hold
-_PEAK_OF_BEND = 1.0 / (6.0 * math.sqrt(3.0))
-_PEAK_OF_THIRD = 1.0 / 8.0
 _SAMPLES = 33
 
 
@@ -83,7 +80,7 @@ class LateralAcceleration(DesignTerm):
     unit: ClassVar[str] = "m/s^2"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
-        return [path.speed**2 * path.gain * path.a**2 * _PEAK_OF_BEND]
+        return [path.speed**2 * path.gain * path.a**2 * PEAK_OF_SECOND_DERIVATIVE]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +91,7 @@ class LateralJerk(DesignTerm):
     unit: ClassVar[str] = "m/s^3"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
-        return [-(path.speed**3) * path.gain * path.a**3 * _PEAK_OF_THIRD]
+        return [-(path.speed**3) * path.gain * path.a**3 * PEAK_OF_THIRD_DERIVATIVE]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array, as_floats, finite, negative, positive
-from mcdas_opt.dynamics.sigmoid import hump, renormalised_shape, sigmoid
+from mcdas_opt.dynamics.sigmoid import PEAK_OF_FIRST_DERIVATIVE, PEAK_OF_SECOND_DERIVATIVE, hump, renormalised_shape, sigmoid
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.native.library import library
 
-_PEAK_OF_SECOND_DERIVATIVE = 1.0 / (6.0 * math.sqrt(3.0))  # max |S''| / a^2
-_PEAK_OF_FIRST_DERIVATIVE = 0.25  # max |S'| / |a|
 _PEAK_OF_HUMP_SLOPE = math.sqrt(2.0 / math.e)  # max |hump'| * width
 _PEAK_OF_HUMP_BEND = 2.0  # max |hump''| * width^2
 _BEND_SHARE = 0.5  # of the lateral acceleration, that the bend alone may use
@@ -31,7 +29,7 @@ _SAMPLED_SHARE = 0.995  # of the bound, for the curvature between samples
 _ROUNDS, _TRIED = 3, 9  # of the search for the steepest path, and steepnesses in each
 _ALONG, _AROUND = 129, 97  # samples of the whole path, and around its bend
 NUMBERS_IN_C = {"ALONG": _ALONG, "AROUND": _AROUND, "ROUNDS": _ROUNDS, "TRIED": _TRIED}
-_LEAST_DISPLACEMENT_M = 0.1  # smaller ones are given the length of this one
+LEAST_DISPLACEMENT_M = 0.1  # smaller ones are given the length of this one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,13 +135,13 @@ def corrected(
     amplitude = target_d_m - start_d_m
     gain = (b + 1.0) / (b - 1.0)  # 1 / (S(X) - S(0))
     width = max(positive("bend_width_m", bend_width_m, "m"), math.sqrt(_PEAK_OF_HUMP_BEND * abs(bend_m) / (_BEND_SHARE * sharpest)))
-    level = max(abs(amplitude), abs(amplitude + bend_m), _LEAST_DISPLACEMENT_M)
-    quadratic = gain * level * _PEAK_OF_SECOND_DERIVATIVE
-    linear = 2.0 * gain * _PEAK_OF_FIRST_DERIVATIVE * abs(bend_m) * _PEAK_OF_HUMP_SLOPE / width
+    level = max(abs(amplitude), abs(amplitude + bend_m), LEAST_DISPLACEMENT_M)
+    quadratic = gain * level * PEAK_OF_SECOND_DERIVATIVE
+    linear = 2.0 * gain * PEAK_OF_FIRST_DERIVATIVE * abs(bend_m) * _PEAK_OF_HUMP_SLOPE / width
     constant = _PEAK_OF_HUMP_BEND * abs(bend_m) / width**2 - sharpest
     a = (-linear + math.sqrt(linear**2 - 4.0 * quadratic * constant)) / (2.0 * quadratic)
     if bend_m != 0.0:
-        bare = math.sqrt(sharpest / (gain * max(abs(amplitude), _LEAST_DISPLACEMENT_M) * _PEAK_OF_SECOND_DERIVATIVE))
+        bare = math.sqrt(sharpest / (gain * max(abs(amplitude), LEAST_DISPLACEMENT_M) * PEAK_OF_SECOND_DERIVATIVE))
         a = _sharpest_within(a, max(_SHARPENING * bare, a), sharpest, b, amplitude, bend_m, bend_s_m - start_s_m, width)
     return OffsetPath(
         start_s_m=start_s_m,

@@ -6,10 +6,9 @@ import math
 
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.rules import finite, positive
-from mcdas_opt.reference.offset_path import OffsetPath
+from mcdas_opt.dynamics.sigmoid import PEAK_OF_SECOND_DERIVATIVE
+from mcdas_opt.reference.offset_path import LEAST_DISPLACEMENT_M, OffsetPath
 
-_PEAK_OF_BEND = 1.0 / (6.0 * math.sqrt(3.0))  # max |S''| / a^2
-_LEAST_DISPLACEMENT_M = 0.1  # smaller ones are given the length of this one
 _SPEED_FLOOR_MPS = 3.0
 
 
@@ -31,12 +30,12 @@ def tuned_path(
     """
     v = max(finite("speed_mps", speed_mps, "m/s"), _SPEED_FLOOR_MPS)
     amplitude = finite("target_d_m", target_d_m, "m") - finite("start_d_m", start_d_m, "m")
-    across = max(abs(amplitude), _LEAST_DISPLACEMENT_M)
+    across = max(abs(amplitude), LEAST_DISPLACEMENT_M)
     a, b, y_max = schedule.at(v, offset_m, friction)
-    reach = max(y_max + min(max(offset_m, schedule.offset_m[0]), schedule.offset_m[-1]), _LEAST_DISPLACEMENT_M)
+    reach = max(y_max + min(max(offset_m, schedule.offset_m[0]), schedule.offset_m[-1]), LEAST_DISPLACEMENT_M)
     steepness = -a * math.sqrt(min(reach / across, 1.0))
     gain = across * (b + 1.0) / (b - 1.0)
-    most = math.sqrt(positive("lateral_acceleration_mps2", lateral_acceleration_mps2, "m/s^2") / (gain * _PEAK_OF_BEND)) / v
+    most = math.sqrt(positive("lateral_acceleration_mps2", lateral_acceleration_mps2, "m/s^2") / (gain * PEAK_OF_SECOND_DERIVATIVE)) / v
     return OffsetPath(
         start_s_m=start_s_m,
         start_d_m=start_d_m,
