@@ -19,6 +19,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.stopping import times_to_rest
+from mcdas_opt.geometry.rectangle import half_extent
 from mcdas_opt.manoeuvres.paths import Paths
 
 _BESIDE_M = (1.88, 2.2, 2.7)  # past a body in the middle of its lane: 1.8 m lets two cars of 1.8 m pass
@@ -68,7 +69,7 @@ class DrivenProfiles:
     def on_road(self, vehicle: Vehicle, road: Road) -> Array:
         """Which members (n,) keep to the road, by the corners' shadows."""
         s, d, psi = (self.states[..., k] for k in (0, 1, 2))
-        aside = 0.5 * (vehicle.width_m * np.abs(np.cos(psi)) + vehicle.length_m * np.abs(np.sin(psi)))
+        _, aside = half_extent(psi, vehicle.length_m, vehicle.width_m)
         inside = ((d + aside).max(-1) <= road.left_edge_m) & ((d - aside).min(-1) >= road.right_edge_m)
         if road.road_end_s_m is not None:
             inside &= s.max(-1) + 0.5 * vehicle.length_m <= road.road_end_s_m

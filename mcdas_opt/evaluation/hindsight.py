@@ -16,7 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.evaluation.evasive_profiles import EvasiveProfiles, bend_profiles, drive_profiles, evasive_profiles
 from mcdas_opt.evaluation.oracle import seen_from
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.geometry.rectangle import corners
+from mcdas_opt.geometry.rectangle import corners, half_extent
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.simulation.contact import EDGE_SLACK_M
 from mcdas_opt.simulation.idm import STEP_S
@@ -124,7 +124,7 @@ def _goes_well(
 def _inside(states: Array, vehicle: Vehicle, road: Road) -> Array:
     """(n,): which members (n, T, 6) keep between the road's edges where they are, by the corners' shadows."""
     s, d, psi = (states[..., k] for k in (0, 1, 2))
-    aside = 0.5 * (vehicle.width_m * np.abs(np.cos(psi)) + vehicle.length_m * np.abs(np.sin(psi)))
+    _, aside = half_extent(psi, vehicle.length_m, vehicle.width_m)
     left, right = np.broadcast_to(road.left_edge_at(s), s.shape), np.broadcast_to(road.right_edge_at(s), s.shape)
     return np.asarray(((d + aside <= left + EDGE_SLACK_M) & (d - aside >= right - EDGE_SLACK_M)).all(-1))
 

@@ -17,13 +17,12 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.radar import target_speed_literal
 from mcdas_opt.errors import writing
 from mcdas_opt.evaluation import published
-from mcdas_opt.evaluation.paper_tracking import TRACKING, TrackingChoices, crash_position, study
+from mcdas_opt.evaluation.paper_tracking import KMH, TRACKING, TrackingChoices, crash_position, study
 from mcdas_opt.reference.literal import SETTLING_X_M, Y_MAX_M, commanded_speed, literal_path, y_left, y_parking, y_right
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.reference.steering_demand import peak_lateral_acceleration, starting_heading_jump
 from mcdas_opt.situation.table1 import literal_mode, literal_rows
 
-KMH = 1.0 / 3.6
 BOUND_MPS2 = 4.0  # of the corrected path, where a figure needs one
 
 

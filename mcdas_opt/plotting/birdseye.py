@@ -16,12 +16,12 @@ from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.geometry.window import REACH_M, frame_near
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.moments import Moment, Shown, View
+from mcdas_opt.plotting.plane import SIGMAS
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-SIGMAS = 2.5
 _NAMED_M = 150.0  # whoever is out of the picture and nearer than this is named at its edge
 _EDGE_PT = 4.0
 _TALL_PT, _WIDE_PT = 10.0, 4.6  # of a word, and of one of its letters

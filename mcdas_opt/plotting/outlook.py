@@ -20,7 +20,7 @@ from mcdas_opt.plotting.words import because, doing, judged, passed, sentence
 from mcdas_opt.simulation.contact import clearances
 from mcdas_opt.tracking.prediction import predict
 
-_BEHIND_M, _AHEAD_M = 130.0, 330.0  # of road around the host
+BEHIND_M, AHEAD_M = 130.0, 330.0  # of road around the host
 _EVERY_S = 0.1
 _LONGEST_S = 8.0  # of a plan that is drawn
 _SEEN_S = 4.0  # whoever comes near the road within it is in the window
@@ -33,7 +33,7 @@ class Outlook:
     def __init__(self, situation: Situation, vehicle: Vehicle) -> None:
         self.situation, self.vehicle = situation, vehicle
         host = situation.host
-        self._ground = Ground(situation.road, host.s_m - _BEHIND_M, host.s_m + _AHEAD_M)
+        self._ground = Ground(situation.road, host.s_m - BEHIND_M, host.s_m + AHEAD_M)
         self.bodies = predict(situation.tracks, None, situation.road, host.s_m).bodies
         rows = {track.id: k for k, track in enumerate(situation.tracks)}
         self._track = list(accumulate((rows.get(body.id, -1) for body in self.bodies), _or_before))

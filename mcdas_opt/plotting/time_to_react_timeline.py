@@ -18,7 +18,7 @@ from mcdas_opt.plotting.asked import situation_of
 from mcdas_opt.plotting.birdseye import BirdsEye, framed
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.time_to_react.constant_input import constant_input
-from mcdas_opt.time_to_react.library import KINDS
+from mcdas_opt.time_to_react.library import KINDS, LATEST_S
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 _WIDTH_IN = 9.6
 _COMFORTABLE, _HARD, _CLOSED = style.GREEN, style.ORANGE, "#d9d9dd"
 _HATCH = "///"
-_LATEST_S = 10.0
 
 
 def time_to_react_sheet(escapes: Escapes, alert: Alert = Alert.NONE) -> Figure:
@@ -59,7 +58,7 @@ def draw_timeline(axes: Axes, escapes: Escapes) -> None:
 
     moments = [one.last_moment_s for one in escapes.candidates if one.last_moment_s is not None]
     ends = [*moments, escapes.keeping_on_s or 0.0]
-    span = min(_LATEST_S, max(2.0, 1.15 * max(ends)))
+    span = min(LATEST_S, max(2.0, 1.15 * max(ends)))
     for row, one in enumerate(escapes.candidates):
         y = len(KINDS) - 1 - row
         axes.barh(y, span, height=0.62, color=_CLOSED, alpha=0.45, zorder=1)
@@ -88,7 +87,7 @@ def draw_timeline(axes: Axes, escapes: Escapes) -> None:
 def _words(one: Escape) -> str:
     if one.last_moment_s is None:
         return f"closed by {one.closed_by}" if one.closed_by is not None else "closed"
-    until = f"until {one.last_moment_s:.2f} s" if one.last_moment_s < _LATEST_S else f"for {_LATEST_S:g} s and more"
+    until = f"until {one.last_moment_s:.2f} s" if one.last_moment_s < LATEST_S else f"for {LATEST_S:g} s and more"
     closer = f", then {one.closed_by}" if one.closed_by is not None else ""
     asks = f"asks {one.demand_mps2:.1f} m/s² now" if one.demand_mps2 is not None else "cannot begin just now"
     return f"{until}{closer}\n{asks}"
@@ -97,7 +96,7 @@ def _words(one: Escape) -> str:
 def _heading(escapes: Escapes, alert: Alert) -> str:
     last = escapes.last_moment_s
     said = "no manoeuvre is left" if last is None else f"the last manoeuvre closes in {last:.2f} s"
-    if last is not None and last >= _LATEST_S:
+    if last is not None and last >= LATEST_S:
         said = "a manoeuvre stays open"
     return f"escapes: {said}{'' if alert is Alert.NONE else f'; {alert}'}"
 
