@@ -57,7 +57,7 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
     as_it_is, stops = Continuation(plan, verdict, last.end), cycle.slows_blindly and last.end.kind is not EndKind.STOPPED
     if not verdict.passed or (last.end.safe and not stops) or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is
-    for law in _laws(plan, situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails or stops):
+    for law in _laws(situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails or stops):
         pieces, known = [plan], len(plan)
         while float(pieces[-1].t_s[-1] - plan.t_s[-1]) < settings.longest_s:
             piece = _driven(pieces[-1], law, situation.road, vehicle)
@@ -99,7 +99,7 @@ def _behind_which_they_brake(prediction: Prediction, followers: Sequence[str], s
     return Prediction(name="followers brake", bodies=tuple(brakes(one) if one.id in theirs else one for one in prediction.bodies))
 
 
-def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:
+def _laws(road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:
     """Comfortably first. Away from a follower where the front allows, else braking to a stop: whoever is behind a safe gap can too."""
     grip = road.grip_mps2
     laws = []
