@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import stat
 from collections.abc import Sequence
@@ -87,6 +88,17 @@ def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
     if len(text) > largest:
         raise InputError(path, "", None, f"must be at most {largest} characters long")
     return text
+
+
+def finite_cell(cell: str, path: Path, key: str) -> float:
+    """A cell of a table as a number. Raises `InputError` that names the file and `key`."""
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(path, key, cell, "must be a finite number")
+    return value
 
 
 def read_bytes(path: Path, largest: int = LARGEST_RECORDING) -> bytes:

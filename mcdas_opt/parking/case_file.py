@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from mcdas_opt.catalogue.data_files import checked, find, models_folder, read_text, read_toml
+from mcdas_opt.catalogue.data_files import checked, find, finite_cell, models_folder, read_text, read_toml
 from mcdas_opt.catalogue.part import NonNegative, Part, Positive
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.arithmetic import usual_arithmetic
@@ -257,15 +256,7 @@ def _tpcap(path: Path, vehicle: str | Vehicle | None, clearance_m: float | None)
     tokens = [token.strip() for token in line.split(",")]
     while tokens and not tokens[-1]:
         tokens.pop()
-    values: list[float] = []
-    for column, token in enumerate(tokens, start=1):
-        try:
-            value = float(token)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise InputError(path, f"line {number}, column {column}", token, "must be a finite number")
-        values.append(value)
+    values = [finite_cell(token, path, f"line {number}, column {column}") for column, token in enumerate(tokens, start=1)]
 
     def whole(column: int, least: int) -> int:
         if column > len(values):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mcdas_opt.catalogue.data_files import find, read_json, read_text
+from mcdas_opt.catalogue.data_files import find, finite_cell, read_json, read_text
 from mcdas_opt.domain.parking import ParkingTrajectory
 from mcdas_opt.errors import InputError, blaming, nearest
 
@@ -76,11 +75,5 @@ def _table(path: Path) -> dict[str, list[float]]:
         if len(parts) != len(header):
             raise InputError(path, f"line {number}", None, f"has {len(parts)} columns, the header has {len(header)}")
         for column, (name, part) in enumerate(zip(header, parts, strict=True), start=1):
-            try:
-                value = float(part)
-            except ValueError:
-                value = math.nan
-            if not math.isfinite(value):
-                raise InputError(path, f"line {number}, column {column} ({name})", part, "must be a finite number")
-            columns[name].append(value)
+            columns[name].append(finite_cell(part, path, f"line {number}, column {column} ({name})"))
     return columns
