@@ -29,6 +29,7 @@ CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast
 # a track may go on braking, until it stands, that brakes so hard (on a slippery road: by this share of what it gives); or accelerating
 BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
 ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
+PULLING_AWAY_MPS = 4.0  # across the road, who is faster does not
 RATE_SIGMAS = 2.5  # standard deviations that a change of speed, or a turn, has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
 TURN_WITHIN_S, TURN_MPS2 = 4.0, 4.0
@@ -60,7 +61,7 @@ def predict(
     ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it keeps its velocity and its
-    heading, or changes its speed as it clearly does, or ends its turn. So is, besides, whoever is known to head along a road that turns as
+    heading, or ends its turn; once more, if it clearly pulls away. So is, besides, whoever is known to head along a road that turns as
     tightly as at a crossing, and may go straight on there. Who comes towards the host there either goes straight on or keeps to his lane's
     turn, settling soon: his speed across the road is that of cutting the turn, not of changing lanes.
 
@@ -76,9 +77,9 @@ def predict(
             continue
         if not track.follows_road:
             bodies.append(_free(track, settings, _in_the_plane(track, road or Road()), track.id))
-            rate = None if road is None else speed_change_in_the_plane(track, road)
+            rate = None if road is None else pulling_away(track, road)
             if rate is not None and road is not None:
-                bodies.append(_free(track, settings, _in_the_plane(track, road, *rate), _changing(rate[0]).of(track.id)))
+                bodies.append(_free(track, settings, _in_the_plane(track, road, *rate), Variant.ACCELERATING.of(track.id)))
             continue
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
@@ -112,7 +113,8 @@ def predict(
             rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road) else rate
         if rate is not None:
             acceleration, lasting_s = rate
-            bodies.append(replace(drifting, id=_changing(acceleration).of(track.id), acceleration_mps2=acceleration, changing_s=lasting_s))
+            variant = Variant.BRAKING if acceleration < 0.0 else Variant.ACCELERATING
+            bodies.append(replace(drifting, id=variant.of(track.id), acceleration_mps2=acceleration, changing_s=lasting_s))
     return Prediction(name=CONSTANT_VELOCITY, bodies=tuple(bodies))
 
 
@@ -241,13 +243,16 @@ def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
     return _speed_change(track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps, road)
 
 
-def speed_change_in_the_plane(track: Track, road: Road) -> tuple[float, float] | None:
-    """The same of a track that does not follow the road, in the direction of its heading; None of people on foot."""
+def pulling_away(track: Track, road: Road) -> tuple[float, float] | None:
+    """The same of a track that does not follow the road and clearly accelerates from standing, in the direction of its heading; None of
+    people on foot. Of who crosses faster, or brakes, a second prediction closes more ways than it keeps clear."""
     along, across = track.acceleration_s_sd_mps2, track.acceleration_d_sd_mps2
     if along is None or across is None or track.heading_rad is None or track.kind is BodyKind.PEDESTRIAN:
         return None
     c, s = math.cos(track.heading_rad), math.sin(track.heading_rad)
     rate, speed = c * track.acceleration_s_mps2 + s * track.acceleration_d_mps2, c * track.speed_s_mps + s * track.speed_d_mps
+    if rate <= 0.0 or speed > PULLING_AWAY_MPS:
+        return None
     return _speed_change(rate, math.hypot(c * along, s * across), speed, road)
 
 
@@ -258,10 +263,6 @@ def _speed_change(rate: float, sd: float | None, speed: float, road: Road) -> tu
         return None
     rate = min(max(rate, -grip), grip)
     return rate, -speed / rate if rate < 0.0 else ACCELERATING_S
-
-
-def _changing(rate_mps2: float) -> Variant:
-    return Variant.BRAKING if rate_mps2 < 0.0 else Variant.ACCELERATING
 
 
 def _comes_behind(track: Track, situation: Situation) -> bool:

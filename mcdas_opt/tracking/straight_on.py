@@ -71,7 +71,7 @@ class TabulatedLine:
 
 
 def straight_on(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
-    """The track's motion from its time on, if it keeps its course and its heading in the plane, its speed changing so, so long."""
+    """The track's motion from its time on, if it keeps its course and its heading in the plane, if it accelerates so, so long."""
     heading = 0.0 if track.heading_rad is None else track.heading_rad
     if road.is_straight and rate_mps2 == 0.0:
         return StraightLine(s_m=track.s_m, d_m=track.d_m, heading_rad=heading, speed_s_mps=track.speed_s_mps, speed_d_mps=track.speed_d_mps)
@@ -94,7 +94,7 @@ def _pace(track: Track, rate_mps2: float, lasts_s: float) -> Array:
     if rate_mps2 == 0.0:
         return np.ones_like(_TIMES_S)
     speed = math.hypot(track.speed_s_mps, track.speed_d_mps)
-    return np.asarray(np.maximum(1.0 + rate_mps2 / speed * np.minimum(_TIMES_S, lasts_s), 0.0))
+    return 1.0 + rate_mps2 / speed * np.minimum(_TIMES_S, lasts_s)
 
 
 def _in_the_plane(track: Track, road: Road, turned_rad: Array, pace: Array) -> TabulatedLine:
