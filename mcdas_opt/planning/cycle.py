@@ -43,7 +43,6 @@ from mcdas_opt.situation.passed_in_lane import PassedInLane, passed_in_lane
 from mcdas_opt.situation.passing_room import is_person
 from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import predict_for
-from mcdas_opt.tracking.slow_traffic import is_held_in_a_queue
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +97,7 @@ class Cycle:
         choice = before.lane_choice
         choice = lane_choice(situation, vehicle, settings, choice, elapsed_s) if active is None else choice.resting
         deficits = front_deficits(situation, vehicle, settings.safe_end, before.deficits, elapsed_s)
-        attentive = attentive_followers(situation, vehicle, settings, before.attentive, in_a_queue=is_held_in_a_queue(situation))
+        attentive = attentive_followers(situation, vehicle, settings, before.attentive)
         in_lane = passed_in_lane(situation, vehicle, before.passed_in_lane, elapsed_s)
         assessment = assess(
             situation,

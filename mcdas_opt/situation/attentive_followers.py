@@ -8,27 +8,33 @@ from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.situation.occupancy import blocked_sides
+from mcdas_opt.situation.roles import gap_m
 
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
 _IN_A_TOWN_MPS = 17.0  # 60 km/h
-_STOPPING_MPS2, _AT_THE_LINE_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it
+_STANDS_MPS = 1.0  # who is slower does
+_SHOULDER = 0.5  # of the usual lane's width: a narrower one is no way out
+_STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line, or a queue, stops there, or stands so near
 
 
-def attentive_followers(
-    situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str], *, in_a_queue: bool = False
-) -> frozenset[str]:
+def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
     """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
-    the least headway is enough. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and where the host
-    is held `in_a_queue`, of those who are no faster than in a town.
+    the least headway is enough. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and behind a
+    queue that holds the host, of those who are no faster than in a town.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
     in, would be there soon, and does not brake.
     """
-    fastest_mps = math.inf if waits_at_a_line(situation, vehicle) else _IN_A_TOWN_MPS if in_a_queue else 0.0
     followers = [track for track in situation.tracks if _follows(track, situation)]
+    if not followers:
+        return frozenset()
+    held = _is_held_in_a_queue(situation, vehicle, settings)
+    fastest_mps = math.inf if waits_at_a_line(situation, vehicle) else _IN_A_TOWN_MPS if held else 0.0
     waiting = {track.id for track in followers if track.speed_s_mps <= fastest_mps} | before
     return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, track.id in waiting))
 
@@ -59,5 +65,19 @@ def line_ahead_m(situation: Situation, vehicle: Vehicle) -> float | None:
 def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
     """Whether the host stands at its stop line, or has to brake for it now."""
     host, line_m = situation.host, line_ahead_m(situation, vehicle)
-    within_m = _AT_THE_LINE_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
-    return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= within_m
+    return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= _stopping_m(host.speed_mps)
+
+
+def _is_held_in_a_queue(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
+    """Whether the host stands behind somebody who stands, or has to brake for him now, and no side is open to steer out to."""
+    host, road = situation.host, situation.road
+    ahead = (one for one in situation.tracks if one.s_m > host.s_m and abs(one.speed_s_mps) < _STANDS_MPS and situation.shares_lane(one))
+    if not any(gap_m(one, host, vehicle) <= _stopping_m(host.speed_mps) for one in ahead):
+        return False
+    blocked = blocked_sides(situation.tracks, situation.coverage, situation.host_lane, host, vehicle, road, settings.selector)
+    shoulder_m = max(road.shoulder_left_m, road.shoulder_right_m)
+    return {Sector.LEFT, Sector.RIGHT} <= blocked and shoulder_m < _SHOULDER * road.lane_width_m
+
+
+def _stopping_m(speed_mps: float) -> float:
+    return _NEAR_M + speed_mps**2 / (2.0 * _STOPPING_MPS2)

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.tracking.follower_prediction import gap_to_host_m, with_braking
@@ -22,7 +21,6 @@ CLOSING_S = 2.5  # who would be there so soon does not look ahead
 TURN_1PM = 0.05  # a road that bends so tightly, as at a crossing, is driven slowly
 SIDEWAYS_MPS = 0.5  # a host that moves sideways faster does not keep its lane
 _PASSABLE = 0.5  # of the usual lane's width: less is nothing to drive on
-_STANDS_MPS, _STOPPING_MPS2 = 1.0, 1.0  # who is slower stands; a host that needs no less braking than this for him has to brake now
 _AHEAD_S, _LEAST_AHEAD_M = 4.0, 10.0  # whatever is farther ahead of the host is no reason to slow down
 _SHARES = np.linspace(0.0, 1.0, 21)
 
@@ -72,34 +70,15 @@ def is_in_a_queue(situation: Situation) -> bool:
     )
 
 
-def is_held_in_a_queue(situation: Situation) -> bool:
-    """Whether the host stands behind somebody who stands, or has to brake for him now, and has nowhere to go beside him but into those who
-    come towards it."""
-    host, road = situation.host, situation.road
-    if max(road.shoulder_left_m, road.shoulder_right_m) >= _PASSABLE * road.lane_width_m:
-        return False
-    near_m = _LEAST_AHEAD_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
-    stands = (track for track in situation.tracks if track.s_m > host.s_m and abs(track.speed_s_mps) < _STANDS_MPS)
-    return any(situation.shares_lane(track) and gap_to_host_m(track, host.s_m) <= near_m for track in stands) and (
-        _beside(situation) <= _oncoming(road)
-    )
-
-
 def is_beside_oncoming(situation: Situation) -> bool:
     """Whether the host's lane has the lane of those who come towards it beside it, and nothing else that a car can drive on."""
-    oncoming = _oncoming(situation.road)
-    return bool(oncoming) and (beside := _beside(situation)) <= oncoming and bool(beside)
-
-
-def _oncoming(road: Road) -> set[int]:
-    return {lane.lane for lane in road.lanes if lane.oncoming}
-
-
-def _beside(situation: Situation) -> set[int]:
-    """The road's other lanes that a car can drive on, where the host is."""
-    host, road, own = situation.host, situation.road, situation.host_lane
+    host, road = situation.host, situation.road
+    if not any(lane.oncoming for lane in road.lanes):
+        return False
+    least_m, own = _PASSABLE * road.lane_width_m, situation.host_lane
     others = (lane for lane in range(-road.lanes_right, road.lanes_left + 1) if lane != own)
-    return {lane for lane in others if road.lane_width_at(lane, host.s_m) >= _PASSABLE * road.lane_width_m}
+    beside = {lane for lane in others if road.lane_width_at(lane, host.s_m) >= least_m}
+    return bool(beside) and beside <= {lane.lane for lane in road.lanes if lane.oncoming}
 
 
 def _looks_ahead(track: Track, situation: Situation, rate_mps2: float) -> bool:

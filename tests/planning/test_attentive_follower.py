@@ -216,26 +216,26 @@ def test_who_is_in_both_lanes_goes_on_and_a_follower_there_is_expected_to_brake(
         assert go_on_unpressed(cycle, cycle.active).relies_on_followers is relies
 
 
-def in_a_queue(road: Road, follower_mps: float, behind_m: float, **more: object) -> Plan:
-    """The host stands 3 m behind somebody who stands."""
-    tracks = (
-        Track(id="leader", s_m=7.5, d_m=0.0, speed_s_mps=0.0),
-        Track(id="follower", s_m=-4.5 - behind_m, d_m=0.0, speed_s_mps=follower_mps),
-    )
-    return planned(Situation(host=HostState(), road=road, coverage=Coverage(), desired_speed_mps=13.9, tracks=tracks, **more))  # type: ignore[arg-type]
+def in_a_queue(road: Road, follower_mps: float, behind_m: float, *lanes: int) -> Plan:
+    """The host stands 3 m behind somebody who stands; in these lanes others do, too."""
+    standing = {f"{lane} {k}": (7.0 * k - 8.0, road.lane_width_m * lane) for lane in lanes for k in range(4)}
+    tracks = [Track(id=name, s_m=s_m, d_m=d_m, speed_s_mps=0.0) for name, (s_m, d_m) in {"leader": (7.5, 0.0), **standing}.items()]
+    tracks.append(Track(id="follower", s_m=-4.5 - behind_m, d_m=0.0, speed_s_mps=follower_mps))
+    return planned(Situation(host=HostState(), road=road, coverage=Coverage(), desired_speed_mps=13.9, tracks=tuple(tracks)))
 
 
-@pytest.mark.parametrize("oncoming", [False, True])
+@pytest.mark.parametrize("beside", ["nothing", "oncoming", "standing"])
 @pytest.mark.parametrize("follower_mps", [8.0, 13.9, 16.5])
-def test_who_comes_up_to_a_queue_that_the_host_is_held_in_is_expected_to_stop(follower_mps: float, oncoming: bool) -> None:
+def test_who_comes_up_to_a_queue_that_the_host_is_held_in_is_expected_to_stop(follower_mps: float, beside: str) -> None:
     """Until he needs more than 4 m/s^2, or is there within 2 s and does not brake: then the driver is warned."""
-    road = Road(lanes_left=1, lanes=(Lane(lane=1, oncoming=True),)) if oncoming else Road()
+    road = Road(lanes_left=int(beside != "nothing"), lanes=(Lane(lane=1, oncoming=True),) if beside == "oncoming" else ())
+    lanes = [1] if beside == "standing" else []
     for behind_s in (5.0, 3.0, 2.1):
-        plan = in_a_queue(road, follower_mps, max(behind_s * follower_mps, follower_mps**2 / 7.9))
+        plan = in_a_queue(road, follower_mps, max(behind_s * follower_mps, follower_mps**2 / 7.9), *lanes)
         assert plan.status is Status.PLANNED
         assert "follower keeps its distance behind and is expected to brake" in plan.reason or behind_s == 5.0  # too far to matter
         assert plan.trajectory.states[-1, 0] < 1.5
-    late = in_a_queue(road, follower_mps, 1.5 * follower_mps)
+    late = in_a_queue(road, follower_mps, 1.2 * follower_mps, *lanes)
     assert "is expected to brake" not in late.reason
     assert late.status is Status.UNAVOIDABLE
     assert late.alert is not Alert.NONE
