@@ -16,9 +16,9 @@ _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
 _IN_A_TOWN_MPS = 17.0  # 60 km/h
-_STANDS_MPS = 1.0  # who is slower does
+_STANDS_MPS, _NEARLY_STANDING_MPS = 1.0, 2.0  # who is slower does; the host
 _SHOULDER = 0.5  # of the usual lane's width: a narrower one is no way out
-_STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line, or a queue, stops there, or stands so near
+_STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it, or him
 
 
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
@@ -65,19 +65,17 @@ def line_ahead_m(situation: Situation, vehicle: Vehicle) -> float | None:
 def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
     """Whether the host stands at its stop line, or has to brake for it now."""
     host, line_m = situation.host, line_ahead_m(situation, vehicle)
-    return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= _stopping_m(host.speed_mps)
+    return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= _NEAR_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
 
 
 def _is_held_in_a_queue(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
-    """Whether the host stands behind somebody who stands, or has to brake for him now, and no side is open to steer out to."""
+    """Whether the host stands, or nearly, behind somebody who stands, and no side is open to steer out to."""
     host, road = situation.host, situation.road
+    if host.speed_mps > _NEARLY_STANDING_MPS:
+        return False
     ahead = (one for one in situation.tracks if one.s_m > host.s_m and abs(one.speed_s_mps) < _STANDS_MPS and situation.shares_lane(one))
-    if not any(gap_m(one, host, vehicle) <= _stopping_m(host.speed_mps) for one in ahead):
+    if not any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead):
         return False
     blocked = blocked_sides(situation.tracks, situation.coverage, situation.host_lane, host, vehicle, road, settings.selector)
     shoulder_m = max(road.shoulder_left_m, road.shoulder_right_m)
     return {Sector.LEFT, Sector.RIGHT} <= blocked and shoulder_m < _SHOULDER * road.lane_width_m
-
-
-def _stopping_m(speed_mps: float) -> float:
-    return _NEAR_M + speed_mps**2 / (2.0 * _STOPPING_MPS2)
