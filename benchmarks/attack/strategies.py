@@ -160,6 +160,10 @@ def tracks(draw: st.DrawFn, from_s_m: float) -> tuple[Track, ...]:
             coasting=draw(st.booleans()),
             acceleration_s_mps2=draw(_mostly(-9.0, 3.0)),
             acceleration_s_sd_mps2=draw(st.one_of(st.none(), _mostly(0.0, 2.0))),
+            acceleration_d_mps2=draw(_mostly(-5.0, 5.0)),
+            acceleration_d_sd_mps2=draw(st.one_of(st.none(), _mostly(0.0, 2.0))),
+            turn_rate_radps=draw(_mostly(-1.5, 1.5)),
+            turn_rate_sd_radps=draw(st.one_of(st.none(), _mostly(0.0, 0.3))),
             heading_rad=draw(st.one_of(st.none(), st.none(), _mostly(-3.2, 3.2))),
             kind=draw(st.sampled_from((None, None, *BodyKind))),
         )

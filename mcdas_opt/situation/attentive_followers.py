@@ -16,7 +16,7 @@ _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
 _IN_A_TOWN_MPS = 17.0  # 60 km/h
-_STANDS_MPS, _NEARLY_STANDING_MPS = 1.0, 2.0  # who is slower does; the host
+_STANDS_MPS, _HELD_MPS = 1.0, 2.0  # who is slower stands; a host that is faster is not held
 _SHOULDER = 0.5  # of the usual lane's width: a narrower one is no way out
 _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it, or him
 
@@ -71,7 +71,7 @@ def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
 def _is_held_in_a_queue(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
     """Whether the host stands, or nearly, behind somebody who stands, and no side is open to steer out to."""
     host, road = situation.host, situation.road
-    if host.speed_mps > _NEARLY_STANDING_MPS:
+    if host.speed_mps > _HELD_MPS:
         return False
     ahead = (one for one in situation.tracks if one.s_m > host.s_m and abs(one.speed_s_mps) < _STANDS_MPS and situation.shares_lane(one))
     if not any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead):

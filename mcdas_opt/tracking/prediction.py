@@ -16,8 +16,8 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
+from mcdas_opt.tracking.free_motion import straight_on, to_turn_rad, turning_in
 from mcdas_opt.tracking.slow_traffic import SLOW_MPS, TURN_1PM, is_in_a_queue, with_followers_in_slow_traffic
-from mcdas_opt.tracking.straight_on import straight_on, to_turn_rad, turning_in
 
 CONSTANT_VELOCITY = "constant-velocity"
 
@@ -29,7 +29,7 @@ CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast
 # a track may go on braking, until it stands, that brakes so hard (on a slippery road: by this share of what it gives); or accelerating
 BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
 ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
-PULLING_AWAY_MPS = 4.0  # across the road, who is faster does not
+PULLING_AWAY_MPS = 0.1, 4.0  # across the road: who is slower stands, who is faster drives
 RATE_SIGMAS = 2.5  # standard deviations that a change of speed, or a turn, has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
 TURN_WITHIN_S, TURN_MPS2 = 4.0, 4.0
@@ -76,15 +76,14 @@ def predict(
         if track.id in shielded:
             continue
         if not track.follows_road:
-            bodies.append(_free(track, settings, _in_the_plane(track, road or Road()), track.id))
-            rate = None if road is None else pulling_away(track, road)
-            if rate is not None and road is not None:
-                bodies.append(_free(track, settings, _in_the_plane(track, road, *rate), Variant.ACCELERATING.of(track.id)))
+            bodies.append(_free(track, settings, _free_motion(track, road or Road()), track.id))
+            if road is not None and (rate := pulling_away(track, road)) is not None:
+                bodies.append(_free(track, settings, _free_motion(track, road, *rate), Variant.ACCELERATING.of(track.id)))
             continue
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
         if meets_a_turn and road is not None and not turns_with(track, road):
-            bodies.append(_free(track, settings, _in_the_plane(track, road), Variant.STRAIGHT_ON.of(track.id)))
+            bodies.append(_free(track, settings, _free_motion(track, road), Variant.STRAIGHT_ON.of(track.id)))
         drifting = CruisingBody(
             id=track.id,
             length_m=track.length_m,
@@ -129,7 +128,7 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
     return with_followers_in_slow_traffic(prediction, situation, rates)
 
 
-def _in_the_plane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
+def _free_motion(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
     """Straight on; but who clearly turns, and so ends his turn into the road's direction, or against it, at once, turns on until then."""
     sd, rate = track.turn_rate_sd_radps, track.turn_rate_radps
     if sd is None or abs(rate) <= RATE_SIGMAS * sd or track.kind is BodyKind.PEDESTRIAN:
@@ -251,7 +250,7 @@ def pulling_away(track: Track, road: Road) -> tuple[float, float] | None:
         return None
     c, s = math.cos(track.heading_rad), math.sin(track.heading_rad)
     rate, speed = c * track.acceleration_s_mps2 + s * track.acceleration_d_mps2, c * track.speed_s_mps + s * track.speed_d_mps
-    if rate <= 0.0 or speed > PULLING_AWAY_MPS:
+    if rate <= 0.0 or not PULLING_AWAY_MPS[0] <= speed <= PULLING_AWAY_MPS[1]:
         return None
     return _speed_change(rate, math.hypot(c * along, s * across), speed, road)
 

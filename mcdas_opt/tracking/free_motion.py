@@ -71,7 +71,7 @@ class TabulatedLine:
 
 
 def straight_on(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
-    """The track's motion from its time on, if it keeps its course and its heading in the plane, if it accelerates so, so long."""
+    """The track's motion from its time on, if it keeps its course and its heading in the plane, accelerating by that rate for so long."""
     heading = 0.0 if track.heading_rad is None else track.heading_rad
     if road.is_straight and rate_mps2 == 0.0:
         return StraightLine(s_m=track.s_m, d_m=track.d_m, heading_rad=heading, speed_s_mps=track.speed_s_mps, speed_d_mps=track.speed_d_mps)

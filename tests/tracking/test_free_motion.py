@@ -11,15 +11,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.domain.prediction import CruisingBody, FreeBody, sizes_on_road
+from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, FreeBody, sizes_on_road
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import ALIGNED_RAD, Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.tracking.free_motion import straight_on, turning_in
 from mcdas_opt.tracking.prediction import ACCELERATING_MPS2, ACCELERATING_S, PULLING_AWAY_MPS, TURN_FADE_S, predict
-from mcdas_opt.tracking.straight_on import straight_on, turning_in
 from mcdas_opt.tracking.track_life import course
 
 STRAIGHT = Road(lanes_left=1, lanes_right=1)
@@ -104,8 +104,8 @@ def test_who_clearly_pulls_away_across_the_road_is_predicted_to_go_on_so_too(hea
     one = track(heading, speed, s_m=-40.0, **rates, **sds)
     steady, *changing = predict([one], road=road).bodies
     assert to_document(steady.at(TIMES)) == to_document(straight_on(one, road)(TIMES))
-    if rate < ACCELERATING_MPS2 + 1e-9 or speed > PULLING_AWAY_MPS - 1e-9:
-        assert not changing or abs(rate - ACCELERATING_MPS2) < 1e-6 or abs(speed - PULLING_AWAY_MPS) < 1e-6
+    if rate < ACCELERATING_MPS2 + 1e-9 or speed > PULLING_AWAY_MPS[1] - 1e-9:
+        assert not changing or abs(rate - ACCELERATING_MPS2) < 1e-6 or abs(speed - PULLING_AWAY_MPS[1]) < 1e-6
         return
     (body,) = changing
     assert body.id == Variant.ACCELERATING.of("1")
@@ -120,6 +120,22 @@ def test_who_clearly_pulls_away_across_the_road_is_predicted_to_go_on_so_too(hea
         np.testing.assert_allclose(np.hypot(at.speed_s_mps, at.speed_d_mps), speed + rate * changed, atol=0.05 * rate)
     for unknown in (replace(one, acceleration_d_sd_mps2=None), replace(one, kind=BodyKind.PEDESTRIAN)):
         assert len(predict([unknown], road=road).bodies) == 1
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-310, 1e-12, 0.099, 0.1, 4.0])
+@pytest.mark.parametrize("road", [STRAIGHT, CORNER])
+def test_however_slowly_somebody_moves_his_prediction_is_a_number(speed: float, road: Road) -> None:
+    """A millionth of a millionth of a metre a second, and accelerating: the prediction raised."""
+    sds = {"acceleration_s_sd_mps2": 0.1, "acceleration_d_sd_mps2": 0.1}
+    one = track(-0.5 * math.pi, speed, acceleration_d_mps2=-3.0, turn_rate_radps=-1e-310, turn_rate_sd_radps=0.0, **sds)
+    bodies = predict([one], road=road).bodies
+    assert len(bodies) == (2 if 0.1 <= speed <= 4.0 else 1)
+    for body in bodies:
+        assert all(np.isfinite(row).all() for row in _rows(body.at(TIMES)))
+
+
+def _rows(motion: BodyMotion) -> tuple[np.ndarray, ...]:
+    return motion.s_m, motion.d_m, motion.heading_rad, motion.speed_s_mps, motion.speed_d_mps
 
 
 @given(st.floats(25.0, 100.0), st.floats(-1000.0, 1000.0))
