@@ -24,7 +24,7 @@ _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than th
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
     """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
     the least headway is enough. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and behind a
-    queue that holds the host, of those who are no faster than in a town.
+    queue, or an end of the lane, that holds the host, of those who are no faster than in a town.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
@@ -33,7 +33,7 @@ def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settin
     followers = [track for track in situation.tracks if _follows(track, situation)]
     if not followers:
         return frozenset()
-    held = _is_held_in_a_queue(situation, vehicle, settings)
+    held = _is_held(situation, vehicle, settings)
     fastest_mps = math.inf if waits_at_a_line(situation, vehicle) else _IN_A_TOWN_MPS if held else 0.0
     waiting = {track.id for track in followers if track.speed_s_mps <= fastest_mps} | before
     return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, track.id in waiting))
@@ -68,13 +68,14 @@ def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
     return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= _NEAR_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
 
 
-def _is_held_in_a_queue(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
-    """Whether the host stands, or nearly, behind somebody who stands, and no side is open to steer out to."""
+def _is_held(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
+    """Whether the host stands, or nearly, behind somebody who stands or where its lane ends, and no side is open to steer out to."""
     host, road = situation.host, situation.road
     if host.speed_mps > _HELD_MPS:
         return False
     ahead = (one for one in situation.tracks if one.s_m > host.s_m and abs(one.speed_s_mps) < _STANDS_MPS and situation.shares_lane(one))
-    if not any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead):
+    end_m = road.lane_ends_m(situation.host_lane, host.s_m, vehicle.width_m) - host.s_m - 0.5 * vehicle.length_m
+    if abs(end_m) > _NEAR_M and not any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead):
         return False
     blocked = blocked_sides(situation.tracks, situation.coverage, situation.host_lane, host, vehicle, road, settings.selector)
     shoulder_m = max(road.shoulder_left_m, road.shoulder_right_m)

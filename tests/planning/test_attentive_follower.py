@@ -246,5 +246,18 @@ def test_where_there_is_a_way_out_beside_the_queue_he_is_not(road: Road) -> None
     assert "is expected to brake" not in in_a_queue(road, 16.5, 50.0).reason
 
 
+@pytest.mark.parametrize(("width_m", "is_held"), [(((6.0, 3.7), (12.0, 0.0)), True), (((60.0, 3.7), (66.0, 0.0)), False)])
+def test_who_comes_up_to_a_host_that_stands_where_its_lane_ends_is_expected_to_stop(
+    width_m: tuple[tuple[float, float], ...], is_held: bool
+) -> None:
+    """A column passes on the lane that leads on: there is nowhere to go, and nobody stands ahead."""
+    road = Road(lanes_left=1, lanes=(Lane(lane=0, width_m=width_m, merges=Side.LEFT),))
+    tracks = [Track(id=f"{k}", s_m=8.0 * k, d_m=3.7, speed_s_mps=12.0) for k in range(-9, 5)]
+    tracks.append(Track(id="follower", s_m=-50.0, d_m=0.0, speed_s_mps=13.9))
+    plan = planned(Situation(host=HostState(), road=road, coverage=Coverage(), desired_speed_mps=13.9, tracks=tuple(tracks)))
+    assert ("follower keeps its distance behind and is expected to brake" in plan.reason) is is_held
+    assert plan.status is Status.PLANNED or not is_held
+
+
 def test_who_comes_faster_than_in_a_town_is_not_expected_to_stop_behind_a_queue() -> None:
     assert "is expected to brake" not in in_a_queue(Road(), 25.0, 90.0).reason
