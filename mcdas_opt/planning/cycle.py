@@ -28,6 +28,7 @@ from mcdas_opt.planning.lanes.gap import Gap
 from mcdas_opt.planning.lanes.kept_offset import kept_d_m
 from mcdas_opt.planning.lanes.lane_choice import lane_choice
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.merging_gap import hurries
 from mcdas_opt.planning.lanes.neighbours import demanded_braking_mps2, neighbours_in
 from mcdas_opt.planning.lanes.required_lane import RequiredLane, required_lane
 from mcdas_opt.planning.lanes.withdrawal import is_withdrawn
@@ -238,6 +239,12 @@ class Cycle:
         if self.slows_blindly and not required.own_lane_is_undrivable:
             return None
         return best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
+
+    @cached_property
+    def hurries_to_merge(self) -> bool:
+        """Whether its lane ends, and those in the lane that leads on are faster: it speeds up, and brakes for the end, as hard as is
+        comfortable."""
+        return hurries(self.situation, self.required_lane)
 
     @property
     def open_gap(self) -> Gap | None:

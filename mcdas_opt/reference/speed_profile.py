@@ -19,7 +19,7 @@ _STEP_M = 2.0
 _AHEAD_S, _FARTHEST_M = 6.0, 10_000.0  # looked ahead so far beyond the way to a stop, and no farther than so
 CLOSING_S = 3.5  # a small difference from the gap to keep decays with
 _CLOSING_MPS2 = 1.2  # who closes in over a large one brakes by
-_STOPPING_MPS2 = 2.0  # before the end of a lane
+STOPPING_MPS2 = 2.0  # before the end of a lane
 _NEAREST_M = 0.1
 BEHIND_MPS2, AS_HARD = 1.5, 1.25  # who follows brakes by at least so much, and so many times as hard as who is ahead
 _STANDING_MPS, _STOPPING_S = 0.3, 2.5
@@ -54,10 +54,12 @@ def profile_ahead(
     comfort: ComfortSettings,
     stops_m: float = math.inf,
     limits: Sequence[tuple[float, float]] = (),
+    stopping_mps2: float = STOPPING_MPS2,
 ) -> SpeedProfile | None:
     """From s on along the offset d, for a car that drives no faster than `fastest_mps`: as fast as the lateral acceleration allows, and no
     faster than from where braking gently reaches every bend ahead in time, and each of the `limits` that hold from an s on [(m, m/s)], and
-    stops within `stops_m`; of each less on a slippery road. None where the road is straight, that is far, and no limit is lower."""
+    stops within `stops_m` by braking with `stopping_mps2`; of each less on a slippery road. None where the road is straight, that is far,
+    and no limit is lower."""
     comfort = comfort.on(road.grip_mps2)
     reach_m = min(fastest_mps * fastest_mps / (2.0 * comfort.bend_braking_mps2) + fastest_mps * _AHEAD_S, _FARTHEST_M)
     limits = [one for one in limits if one[0] < s_m + reach_m]
@@ -71,7 +73,7 @@ def profile_ahead(
         free[here] = np.minimum(free[here], limit_mps * limit_mps)
     squares = np.minimum.accumulate((free + gained)[::-1])[::-1] - gained
     if stops_m <= reach_m:
-        stopping_mps2 = min(_STOPPING_MPS2, GRIP_SHARE * road.grip_mps2)
+        stopping_mps2 = min(stopping_mps2, GRIP_SHARE * road.grip_mps2)
         squares = np.minimum(squares, 2.0 * stopping_mps2 * np.maximum(stops_m - places, 0.0))
     return SpeedProfile(s_m, _STEP_M, np.sqrt(squares))
 

@@ -172,6 +172,20 @@ def test_who_is_faster_than_a_column_goes_along_with_it_into_a_gap(tmp_path: Pat
     assert float(drive.trajectory.acceleration_mps2.min()) > -3.5
 
 
+@pytest.mark.parametrize(("speed", "apart_m", "shifted"), [(20.0, 45.0, 0.0), (20.0, 45.0, 0.5), (20.0, 45.0, 0.75), (24.0, 50.0, 0.0)])
+def test_a_short_lane_beside_a_fast_column_is_accelerated_along(tmp_path: Path, speed: float, apart_m: float, shifted: float) -> None:
+    """The host comes slowly out of a bend onto 110 m of lane. Before, it crept along it, and stood at its end for good."""
+    column = "".join(BESIDE.format(k=k, s=60.0 - apart_m * (k + shifted), speed=speed) + 'behaviour = "idm"\n' for k in range(7))
+    path = written(tmp_path, begin=110.0, end=125.0, speed=6.0, duration=14.0, beside=column)
+    path.write_text(path.read_text("utf-8").replace("speed_mps = 6.0", "speed_mps = 6.0\ndesired_speed_mps = 30.0", 1), "utf-8")
+    drive = simulate(load_scene(path))
+    assert (drive.outcome.value, drive.fallbacks, drive.unavoidable) == ("safe", 0, 0)
+    assert drive.trajectory.d_m[-1] == pytest.approx(3.7, abs=0.1)
+    assert float(drive.trajectory.speed_mps.min()) >= 5.9
+    entered = int(np.argmax(drive.trajectory.d_m > 0.5 * 3.7))
+    assert drive.trajectory.speed_mps[entered] > 0.75 * speed
+
+
 @pytest.mark.parametrize("speed", [12.0, 18.0, 24.0])
 def test_a_gap_is_gained_only_by_who_can_still_stop_gently(speed: float) -> None:
     vehicle, settings, road = Vehicle(), Settings(), Road(lanes_right=1)

@@ -12,7 +12,6 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lanes.gap import (
     BESIDE_SHARE,
-    CROSSING_S,
     GAINING_MPS2,
     HARDLY_MPS,
     LOSING_MPS2,
@@ -21,7 +20,7 @@ from mcdas_opt.planning.lanes.gap import (
     fastest_past_mps,
     short_m,
 )
-from mcdas_opt.planning.lanes.neighbours import follower_gap_m, known_acceleration_mps2
+from mcdas_opt.planning.lanes.neighbours import CROSSING_S, follower_gap_m, known_acceleration_mps2
 from mcdas_opt.planning.lanes.required_lane import RequiredLane, beside
 
 _YIELDING_S, _LAST_S = 8.0, 3.0  # before a destination less than the whole headway is accepted, and the least that ever is

@@ -7,9 +7,9 @@ from typing import NamedTuple
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.planning.lanes.neighbours import CROSSING_S
 from mcdas_opt.planning.lanes.required_lane import next_ahead
 
-CROSSING_S = 2.5  # from now until the body is in the new lane
 BESIDE_SHARE = 0.7  # of the gap that is asked for once there, already now
 GAINING_MPS2, LOSING_MPS2 = 1.0, 1.5  # to get ahead of somebody, or behind
 SLOWER_MPS = 6.0  # at most, than who is let ahead

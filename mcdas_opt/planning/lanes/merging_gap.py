@@ -17,7 +17,6 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lanes.gap import (
     BESIDE_SHARE,
-    CROSSING_S,
     FASTER_MPS,
     GAINING_MPS2,
     HARDLY_MPS,
@@ -27,7 +26,7 @@ from mcdas_opt.planning.lanes.gap import (
     fastest_past_mps,
     short_m,
 )
-from mcdas_opt.planning.lanes.neighbours import follower_gap_m, known_acceleration_mps2
+from mcdas_opt.planning.lanes.neighbours import CROSSING_S, follower_gap_m, gained_in_crossing_mps, known_acceleration_mps2
 from mcdas_opt.planning.lanes.required_lane import AHEAD_M, AHEAD_S, RequiredLane, beside
 
 _MERGING_S = 14.0  # before a lane's end speed is adapted to a gap; until then one that comes by itself is taken
@@ -37,6 +36,7 @@ _LEAST_GAP_S = 0.55  # that a follower has in any case
 _MATCHED_MPS = 1.0  # by so much a host is faster by the time that it is in the gap
 _AHEAD_SHARE = 0.6  # of what is free in a gap, ahead of the host
 _HARDLY_S = 0.01  # the least wait for a gap that is not there now
+HURRYING_MPS2 = 2.5  # with what a host that hurries becomes as fast as those beside, about
 _SPARE_M = 4.0  # that a gap is longer than the host needs, for which it speeds up
 
 
@@ -54,6 +54,20 @@ class Window(NamedTuple):
         return self.low_m + self.low_mps * t_s, self.high_m + self.high_mps * t_s
 
 
+def hurries(situation: Situation, required: RequiredLane | None) -> bool:
+    """Whether the host is notably slower than who is next ahead, or next behind, in the lane to which it has to change before its own
+    ends."""
+    if required is None or required.end_m is None:
+        return False
+    return any(one.speed_s_mps > situation.host.speed_mps + FASTER_MPS for one in _next_beside(situation, required))
+
+
+def _next_beside(situation: Situation, required: RequiredLane) -> list[Track]:
+    """Who is next behind, and next ahead, in that lane, as far as there is somebody."""
+    there, s_m = beside(situation, required.side), situation.host.s_m
+    return [track for track in there if track.s_m <= s_m][-1:] + [track for track in there if track.s_m > s_m][:1]
+
+
 def is_time_to_adapt(situation: Situation, required: RequiredLane) -> bool:
     """Whether speed is adapted to a gap by now: sooner by the way that it takes to be as fast as those in the lane."""
     host = situation.host
@@ -65,9 +79,9 @@ def is_time_to_adapt(situation: Situation, required: RequiredLane) -> bool:
     return _end_m(required) - host.s_m <= way_m
 
 
-def _matching_s(host_mps: float, mps: float) -> float:
+def _matching_s(host_mps: float, mps: float, gaining_mps2: float = GAINING_MPS2) -> float:
     """How long it takes to be as fast as that."""
-    return (host_mps - mps) / LOSING_MPS2 if host_mps > mps else (mps - host_mps) / GAINING_MPS2
+    return (host_mps - mps) / LOSING_MPS2 if host_mps > mps else (mps - host_mps) / gaining_mps2
 
 
 def merging_gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, limit_mps: float) -> Iterator[Gap]:
@@ -91,13 +105,16 @@ def _short_now(
     host, share = situation.host, _asked_share(situation, required)
     time_gap_s = settings.headway.time_gap_s * (LEAST_SHARE + (1.0 - LEAST_SHARE) * share)
     braking, accepted = (1.0 - share) * settings.manners.follower_braking_mps2, _ACCEPTED_SHARE + (1.0 - _ACCEPTED_SHARE) * share
-    too_early, too_late = [], []
+    too_early, too_late, hurried = [], [], hurries(situation, required)
     for track in there:
         v = track.speed_s_mps
         soon_mps = max(v + known_acceleration_mps2(track), 0.0)  # who brakes makes room
-        host_mps = min(max(host.speed_mps, v), host.speed_mps + _MATCHED_MPS)
+        gained_mps = gained_in_crossing_mps(v, situation, settings) if hurried else _MATCHED_MPS
+        host_mps = min(max(host.speed_mps, v), host.speed_mps + gained_mps)
         asked_m = max(accepted * follower_gap_m(soon_mps, host_mps, time_gap_s, braking), _LEAST_GAP_S * soon_mps)
-        too_early.append(short_m(host.s_m - track.s_m, host_mps - v, track, vehicle, asked_m))
+        too_early.append(
+            short_m(host.s_m - track.s_m, 0.5 * (host.speed_mps + host_mps) - v if hurried else host_mps - v, track, vehicle, asked_m)
+        )
         asked_m = accepted * follower_gap_m(host.speed_mps, v, time_gap_s)
         too_late.append(short_m(track.s_m - host.s_m, v - host.speed_mps, track, vehicle, asked_m))
     return too_early, too_late
@@ -125,7 +142,7 @@ def _later(gap: Gap, window: Window, situation: Situation, vehicle: Vehicle, req
     """The gap with when the host is in it, as fast as those there: by speeding up or slowing down at once, by slowing down below their
     speed, or by driving on past who is to be behind. None where it does not fit by then, or not before the end."""
     host, mps = situation.host, window.mps
-    matching_s = _matching_s(host.speed_mps, mps)
+    matching_s = _matching_s(host.speed_mps, mps, HURRYING_MPS2 if hurries(situation, required) else GAINING_MPS2)
     place_m = host.s_m + 0.5 * (host.speed_mps + mps) * matching_s
     low_m, high_m = window.at(matching_s)
     if low_m > high_m:
@@ -178,12 +195,14 @@ def _end_m(required: RequiredLane) -> float:
 
 
 def _asked_share(situation: Situation, required: RequiredLane) -> float:
-    """Of what is asked for beyond the least before a lane's end: none of it by the time that ordinary braking for the end begins, nor in a
-    lane that is none to drive in."""
+    """Of what is asked for beyond the least before a lane's end: none of it by the time that ordinary braking for the end begins, or that
+    the way to it is what it takes to be as fast as those beside, nor in a lane that is none to drive in."""
     host = situation.host
     if required.own_lane_is_undrivable:
         return 0.0
-    room_m = _end_m(required) - host.s_m - host.speed_mps**2 / (2.0 * ORDINARY_MPS2)
+    faster_mps = max((track.speed_s_mps for track in _next_beside(situation, required)), default=0.0)
+    matching_m = (faster_mps**2 - host.speed_mps**2) / (2.0 * HURRYING_MPS2)
+    room_m = _end_m(required) - host.s_m - max(host.speed_mps**2 / (2.0 * ORDINARY_MPS2), matching_m)
     before_s = room_m / max(host.speed_mps, AHEAD_M / AHEAD_S)
     return min(max((before_s - _BRAKING_S) / (_UNBRAKED_S - _BRAKING_S), 0.0), 1.0)
 

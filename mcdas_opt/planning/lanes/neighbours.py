@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -14,6 +15,7 @@ from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.situation.passed_in_lane import INTRUSION_M
 from mcdas_opt.situation.roles import gap_m
 
+CROSSING_S = 2.5  # from when a change begins until the body is in the new lane
 _RESPONSE_S = 1.0  # of who is behind there
 _ACCELERATES_S = 1.5  # who does so
 _NONE_MPS2 = 1e-100  # whose square is still a number
@@ -78,6 +80,12 @@ def follower_gap_m(follower_mps: float, leader_mps: float, time_gap_s: float, br
     closing = max(follower_mps - leader_mps, 0.0)
     wanted = _FOLLOWER.jam_distance_m + max(follower_mps, 0.0) * (time_gap_s + closing / _FOLLOWER_MPS2)
     return wanted / math.sqrt(1.0 + braking_mps2 / _FOLLOWER.acceleration_mps2)
+
+
+def gained_in_crossing_mps(towards_mps: float, situation: Situation, settings: Settings) -> float:
+    """How much faster a host is that speeds up towards a speed as is comfortable, by the time that its body is in the new lane."""
+    mean_mps = 0.5 * (situation.host.speed_mps + max(towards_mps, 0.0))
+    return CROSSING_S * settings.comfort.rising_mps2(mean_mps, situation.road.grip_mps2)
 
 
 def demanded_braking_mps2(there: Iterable[Neighbour], host_mps: float, kept_m: float = 0.0) -> float:

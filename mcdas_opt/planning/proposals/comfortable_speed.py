@@ -20,7 +20,16 @@ from mcdas_opt.planning.lanes.merging_gap import least_time_gap_s, matched_time_
 from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches_into_lane_at
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
-from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
+from mcdas_opt.reference.speed_profile import (
+    AS_HARD,
+    BEHIND_MPS2,
+    CLOSING_S,
+    STOPPING_MPS2,
+    FrontCar,
+    SpeedProfile,
+    profile_ahead,
+    speeds_along,
+)
 from mcdas_opt.situation.attentive_followers import line_ahead_m, waits_at_a_line
 from mcdas_opt.situation.passed_in_lane import Passed
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
@@ -52,14 +61,17 @@ def comfortable_speed(
     times_s, comfort, profile = cycle.settings.grid.times_s, cycle.settings.comfort, bends_ahead(cycle, d_m, _stops_within_m(cycle, d_m))
     host_mps = cycle.situation.host.speed_mps
     towards_mps = 0.0 if _stands(cycle) else towards_mps
+    rising, late = comfort.rising_mps2(host_mps, cycle.situation.road.grip_mps2), comfort.late_braking_mps2
+    if cycle.hurries_to_merge:
+        rising, late = rising / comfort.share, max(late, comfort.limits(host_mps).braking_mps2)
     speeds = speeds_along(
         profile,
         host_mps,
         towards_mps,
         times_s,
-        rising_mps2=comfort.rising_mps2(host_mps, cycle.situation.road.grip_mps2),
+        rising_mps2=rising,
         falling_mps2=ORDINARY_MPS2,
-        late_mps2=comfort.late_braking_mps2,
+        late_mps2=late,
         behind_mps2=comfort.late_braking_mps2 if cycle.front_gap.is_won_back else BEHIND_MPS2,
         fronts=_fronts(cycle, (d_m,) if evades else (cycle.lane_centre_m, d_m)) + ([] if follows is None else [_let_ahead(cycle, follows)]),
     )
@@ -185,7 +197,8 @@ def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedPro
     in comfort, and as much less comfort as brings the host to its destination in time."""
     situation, comfort = cycle.situation, cycle.settings.comfort
     fastest, limits = max(situation.host.speed_mps, situation.wanted_speed_mps), _limits_ahead(cycle, d_m)
-    found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, comfort, stops_m, limits)
+    stopping = comfort.late_braking_mps2 if cycle.hurries_to_merge else STOPPING_MPS2
+    found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, comfort, stops_m, limits, stopping)
     if found is None or not _comes_late(found, cycle):
         return found
     given = _HURRIED_SHARE * GRAVITY_MPS2 * situation.road.friction

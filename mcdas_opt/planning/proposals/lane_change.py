@@ -64,9 +64,10 @@ def change_lanes(cycle: Cycle) -> Proposed | None:
 
 def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
     """The same because the lane has to be reached, sooner where it has to be soon; None where nobody watches that side, or the car
-    stands."""
+    stands in a lane that leads on."""
     situation = cycle.situation
-    if unwatched(situation, required.side) or situation.host.speed_mps < STEERABLE_MPS:
+    stands = situation.host.speed_mps < STEERABLE_MPS
+    if unwatched(situation, required.side) or (stands and not required.own_lane_ends):
         return None
     changing_s = cycle.settings.manners.changing_s
     within_s = required.left_s - 1.0 if required.own_lane_ends else min(required.left_s - 1.0, _ARRIVING_SHARE * required.left_s)
