@@ -104,7 +104,9 @@ def ending(plan: Plan) -> str:
         return "not looked at"
     words = {
         EndKind.CLEAR: "nobody is in its way",
-        EndKind.HELD: "at a distance to the car ahead that can be held if that brakes fully",
+        EndKind.HELD: "nobody is ahead"
+        if end.front_margin_m is None
+        else "at a distance to whoever is ahead that can be held if that brakes fully",
         EndKind.STOPPED: "at rest in its lane",
         EndKind.OPEN: "not safely: at rest nowhere, and nearer to somebody than can be held",
     }

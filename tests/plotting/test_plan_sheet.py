@@ -50,6 +50,14 @@ def test_what_is_asked_of_whoever_is_behind_is_a_number_or_never_enough(plan: Pl
     assert ending(replace(plan, safe_end=end)) == f"at rest in its lane, after 3.0 s{said}"
 
 
+@pytest.mark.parametrize(("margin_m", "said"), [(None, "nobody is ahead"), (3.0, "that can be held if that brakes fully")])
+def test_a_distance_to_whoever_is_ahead_is_said_only_where_there_is_one(plan: Plan, margin_m: float | None, said: str) -> None:
+    end = SafeEnd(kind=EndKind.HELD, t_s=3.0, front_margin_m=margin_m, follower_demand_mps2=1.0)
+    told = ending(replace(plan, safe_end=end))
+    assert said in told
+    assert ("whoever is ahead" in told) is (margin_m is not None)
+
+
 @pytest.mark.parametrize("kind", [EndKind.STOPPED, EndKind.OPEN])
 def test_only_a_plan_with_a_safe_end_is_green(plan: Plan, kind: EndKind) -> None:
     assert plan.verdict.passed
