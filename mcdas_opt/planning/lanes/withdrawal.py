@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -31,12 +33,19 @@ def is_withdrawn(active: Manoeuvre, situation: Situation, vehicle: Vehicle, sett
         return _off_centre_m(situation) < abs(host.d_m - active.target_d_m)
     if evades and active.half_done(situation):
         return False
-    if required is not None and required.own_lane_ends and required.side is active.side:
+    if required is not None and required.own_lane_ends and required.side is active.side and _may_speed_up(active.side, situation, vehicle):
         return _presses_a_host_that_speeds_up(active.side, situation, vehicle, settings)
     if evades or (required is not None and required.side is active.side):
         most = settings.comfort.limits(host.speed_mps).braking_mps2
         return presses(active.side, situation, vehicle, LEAST_SHARE * time_gap_s, most)
     return presses(active.side, situation, vehicle, time_gap_s, settings.manners.follower_braking_mps2)
+
+
+def _may_speed_up(side: Side, situation: Situation, vehicle: Vehicle) -> bool:
+    """Whether the next lane lets the host become as fast as those behind in it: whoever is ahead there is no slower than they are."""
+    there = neighbours_in(situation.lane_beside(side), situation, vehicle)
+    ahead_mps = min((one.speed_mps for one in there if one.is_ahead), default=math.inf)
+    return ahead_mps >= max((one.speed_mps for one in there if not one.is_ahead), default=0.0)
 
 
 def _presses_a_host_that_speeds_up(side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
