@@ -19,7 +19,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.manoeuvres.kinds import next_lane_m
@@ -184,6 +184,17 @@ def test_a_short_lane_beside_a_fast_column_is_accelerated_along(tmp_path: Path, 
     assert float(drive.trajectory.speed_mps.min()) >= 5.9
     entered = int(np.argmax(drive.trajectory.d_m > 0.5 * 3.7))
     assert drive.trajectory.speed_mps[entered] > 0.75 * speed
+
+
+@pytest.mark.parametrize(("friction", "most_mps2"), [(1.1, 4.0), (0.3, 0.4 * 0.3 * GRAVITY_MPS2)])
+def test_who_hurries_along_a_short_lane_asks_a_slippery_road_for_no_more_than_its_share(friction: float, most_mps2: float) -> None:
+    road = Road(lanes_left=1, friction=friction, lanes=(Lane(lane=0, width_m=((70.0, 3.7), (85.0, 0.0)), merges=Side.LEFT),))
+    beside = tuple(car(f"{k}", 40.0 * k, 3.7, 24.0) for k in (-1, 1))
+    situation = Situation(host=HostState(speed_mps=5.0), tracks=beside, road=road, desired_speed_mps=30.0, coverage=Coverage())
+    cycle = Cycle.of(situation, Vehicle())
+    assert cycle.hurries_to_merge
+    asked = np.diff(comfortable_speed(cycle, 30.0, 0.0).speeds_mps) / np.diff(cycle.settings.grid.times_s)
+    assert float(asked.max()) == pytest.approx(most_mps2)
 
 
 @pytest.mark.parametrize("speed", [12.0, 18.0, 24.0])

@@ -36,7 +36,7 @@ _LEAST_GAP_S = 0.55  # that a follower has in any case
 _MATCHED_MPS = 1.0  # by so much a host is faster by the time that it is in the gap
 _AHEAD_SHARE = 0.6  # of what is free in a gap, ahead of the host
 _HARDLY_S = 0.01  # the least wait for a gap that is not there now
-HURRYING_MPS2 = 2.5  # with what a host that hurries becomes as fast as those beside, about
+_HURRYING_MPS2 = 2.5  # with what a host that hurries becomes as fast as those beside, about
 _SPARE_M = 4.0  # that a gap is longer than the host needs, for which it speeds up
 
 
@@ -142,7 +142,7 @@ def _later(gap: Gap, window: Window, situation: Situation, vehicle: Vehicle, req
     """The gap with when the host is in it, as fast as those there: by speeding up or slowing down at once, by slowing down below their
     speed, or by driving on past who is to be behind. None where it does not fit by then, or not before the end."""
     host, mps = situation.host, window.mps
-    matching_s = _matching_s(host.speed_mps, mps, HURRYING_MPS2 if hurries(situation, required) else GAINING_MPS2)
+    matching_s = _matching_s(host.speed_mps, mps, _HURRYING_MPS2 if hurries(situation, required) else GAINING_MPS2)
     place_m = host.s_m + 0.5 * (host.speed_mps + mps) * matching_s
     low_m, high_m = window.at(matching_s)
     if low_m > high_m:
@@ -201,7 +201,7 @@ def _asked_share(situation: Situation, required: RequiredLane) -> float:
     if required.own_lane_is_undrivable:
         return 0.0
     faster_mps = max((track.speed_s_mps for track in _next_beside(situation, required)), default=0.0)
-    matching_m = (faster_mps**2 - host.speed_mps**2) / (2.0 * HURRYING_MPS2)
+    matching_m = (faster_mps**2 - host.speed_mps**2) / (2.0 * _HURRYING_MPS2)
     room_m = _end_m(required) - host.s_m - max(host.speed_mps**2 / (2.0 * ORDINARY_MPS2), matching_m)
     before_s = room_m / max(host.speed_mps, AHEAD_M / AHEAD_S)
     return min(max((before_s - _BRAKING_S) / (_UNBRAKED_S - _BRAKING_S), 0.0), 1.0)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mcdas_opt.domain.comfort import ComfortSettings
+from mcdas_opt.domain.comfort import GRIP_SHARE, ComfortSettings
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
@@ -61,9 +61,10 @@ def comfortable_speed(
     times_s, comfort, profile = cycle.settings.grid.times_s, cycle.settings.comfort, bends_ahead(cycle, d_m, _stops_within_m(cycle, d_m))
     host_mps = cycle.situation.host.speed_mps
     towards_mps = 0.0 if _stands(cycle) else towards_mps
-    rising, late = comfort.rising_mps2(host_mps, cycle.situation.road.grip_mps2), comfort.late_braking_mps2
+    grip_mps2, late = cycle.situation.road.grip_mps2, comfort.late_braking_mps2
+    rising = comfort.rising_mps2(host_mps, grip_mps2)
     if cycle.hurries_to_merge:
-        rising, late = rising / comfort.share, max(late, comfort.limits(host_mps).braking_mps2)
+        rising, late = min(rising / comfort.share, GRIP_SHARE * grip_mps2), max(late, comfort.limits(host_mps).braking_mps2)
     speeds = speeds_along(
         profile,
         host_mps,
