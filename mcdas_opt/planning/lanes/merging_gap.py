@@ -86,35 +86,35 @@ def _matching_s(host_mps: float, mps: float, gaining_mps2: float = GAINING_MPS2)
 
 def merging_gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, limit_mps: float) -> Iterator[Gap]:
     """The gaps that can be gone into before the lane ends, each with how soon."""
-    there = beside(situation, required.side)
-    too_early, too_late = _short_now(there, situation, vehicle, settings, required)
+    there, hurried = beside(situation, required.side), hurries(situation, required)
+    too_early, too_late = _short_now(there, situation, vehicle, settings, required, hurried=hurried)
     for k in range(len(there) + 1):
         gap = Gap(there[k - 1] if k > 0 else None, there[k] if k < len(there) else None)
         if max(too_early[:k], default=-math.inf) <= 0.0 and max(too_late[k:], default=-math.inf) <= 0.0:
             yield gap
         else:
-            found = _later(gap, _window(gap, situation, vehicle, settings), situation, vehicle, required, limit_mps)
+            found = _later(gap, _window(gap, situation, vehicle, settings), situation, vehicle, required, limit_mps, hurried=hurried)
             if found is not None:
                 yield found
 
 
 def _short_now(
-    there: list[Track], situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane
+    there: list[Track], situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, *, hurried: bool
 ) -> tuple[list[float], list[float]]:
-    """By how much [m] the host is short of being ahead, or behind, of each, at the speeds as they are."""
+    """By how much [m] the host is short of being ahead, or behind, of each, at the speeds as they are; one that is `hurried` gains speed
+    while it crosses."""
     host, share = situation.host, _asked_share(situation, required)
     time_gap_s = settings.headway.time_gap_s * (LEAST_SHARE + (1.0 - LEAST_SHARE) * share)
     braking, accepted = (1.0 - share) * settings.manners.follower_braking_mps2, _ACCEPTED_SHARE + (1.0 - _ACCEPTED_SHARE) * share
-    too_early, too_late, hurried = [], [], hurries(situation, required)
+    too_early, too_late = [], []
     for track in there:
         v = track.speed_s_mps
         soon_mps = max(v + known_acceleration_mps2(track), 0.0)  # who brakes makes room
         gained_mps = gained_in_crossing_mps(v, situation, settings) if hurried else _MATCHED_MPS
         host_mps = min(max(host.speed_mps, v), host.speed_mps + gained_mps)
         asked_m = max(accepted * follower_gap_m(soon_mps, host_mps, time_gap_s, braking), _LEAST_GAP_S * soon_mps)
-        too_early.append(
-            short_m(host.s_m - track.s_m, 0.5 * (host.speed_mps + host_mps) - v if hurried else host_mps - v, track, vehicle, asked_m)
-        )
+        mean_mps = 0.5 * (host.speed_mps + host_mps) if hurried else host_mps
+        too_early.append(short_m(host.s_m - track.s_m, mean_mps - v, track, vehicle, asked_m))
         asked_m = accepted * follower_gap_m(host.speed_mps, v, time_gap_s)
         too_late.append(short_m(track.s_m - host.s_m, v - host.speed_mps, track, vehicle, asked_m))
     return too_early, too_late
@@ -138,11 +138,13 @@ def _window(gap: Gap, situation: Situation, vehicle: Vehicle, settings: Settings
     return Window(low_m, low_mps, high_m, high_mps, mps)
 
 
-def _later(gap: Gap, window: Window, situation: Situation, vehicle: Vehicle, required: RequiredLane, limit_mps: float) -> Gap | None:
+def _later(
+    gap: Gap, window: Window, situation: Situation, vehicle: Vehicle, required: RequiredLane, limit_mps: float, *, hurried: bool
+) -> Gap | None:
     """The gap with when the host is in it, as fast as those there: by speeding up or slowing down at once, by slowing down below their
     speed, or by driving on past who is to be behind. None where it does not fit by then, or not before the end."""
     host, mps = situation.host, window.mps
-    matching_s = _matching_s(host.speed_mps, mps, _HURRYING_MPS2 if hurries(situation, required) else GAINING_MPS2)
+    matching_s = _matching_s(host.speed_mps, mps, _HURRYING_MPS2 if hurried else GAINING_MPS2)
     place_m = host.s_m + 0.5 * (host.speed_mps + mps) * matching_s
     low_m, high_m = window.at(matching_s)
     if low_m > high_m:
