@@ -1,5 +1,5 @@
-"""Who is passed within the host's lane: a car that stands half in it, people on foot or on bicycles at its side, and who comes towards the
-host near it, as a car that is over the line."""
+"""Who is passed within the host's lane, or a little over its line: a car that stands half in it, people on foot or on bicycles at its side,
+and who comes towards the host near it, as a car that is over the line."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.situation.over_the_line import MOST_M, STILL_MOST_M, is_free, may_be_used
 from mcdas_opt.situation.passing_room import is_oncoming, may_be_passed, most_mps, room_asked, stands
 
 INTRUSION_M = 0.2  # who reaches into the lane by less is in nobody's way
@@ -23,6 +24,10 @@ _SETTLES_S = 1.0  # so long oncoming traffic goes on towards the host's lane
 _AHEAD_S, _LEAST_MPS = 8.0, 5.0  # looked ahead, at that speed at least
 _ASIDE_MPS, _HURRIED_ASIDE_MPS = 0.4, 1.0  # that the host goes aside by, and back; for oncoming traffic in its lane
 _HURRIED_LEAST_S = 1.5  # a short way aside is not hurried
+_WAITING_M, _FOLLOWED_MPS = (
+    7.0,
+    2.0,
+)  # before him, beside the gap at standstill: from there the way leads past him; who is faster is followed
 _CLEARLY = 2.5  # standard deviations
 
 
@@ -53,12 +58,14 @@ class Passed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PassedInLane:
-    """Nearest first, and how far to the left of the lane's middle the host drives for them: now, and once it has gone aside [m]."""
+    """Nearest first, and how far to the left of the lane's middle the host drives for them: now, and once it has gone aside [m]; where it
+    waits for the lane of oncoming traffic to be free [m], infinite if it does not."""
 
     bodies: tuple[Passed, ...] = ()
     offset_m: float = 0.0
     goal_m: float = 0.0
     aside_mps: float = _ASIDE_MPS
+    waits_s_m: float = math.inf
 
     @property
     def moving_s(self) -> float:
@@ -67,13 +74,18 @@ class PassedInLane:
         return max(abs(self.goal_m - self.offset_m) / self.aside_mps, least_s)
 
     @property
+    def goes_aside(self) -> bool:
+        """Whether the host is on its way aside, not yet there."""
+        return abs(self.goal_m) > abs(self.offset_m)
+
+    @property
     def ids(self) -> frozenset[str]:
         return frozenset(one.track.id for one in self.bodies)
 
 
 class _AtTheSide(NamedTuple):
     """Who is at a side of the lane: from its middle to him, the room between him and a host at the other border, the least that there must
-    be (minus infinity of who is beside the lane) and how much is wanted [m]."""
+    be (minus infinity of who is beside the lane) and how much is wanted [m]; whether the host waits behind him for oncoming traffic."""
 
     track: Track
     side: Side
@@ -81,13 +93,18 @@ class _AtTheSide(NamedTuple):
     room_m: float
     least_m: float
     wanted_m: float
+    waits: bool
 
 
 def passed_in_lane(situation: Situation, vehicle: Vehicle, before: PassedInLane | None = None, elapsed_s: float = 0.0) -> PassedInLane:
     """Whoever is at a side of the host's lane, stands, goes along, or comes towards the host, and leaves the room that is asked for
     (`passing_room`); as far as one offset passes them all. The offset changes slowly from what it was `before`, so long ago, or from where
     the host is."""
-    found, goal_m = _found(situation, vehicle, frozenset() if before is None else before.ids)
+    again = frozenset() if before is None else before.ids
+    found, goal_m, waits_s_m = _found(situation, vehicle, again)
+    if goal_m != 0.0:
+        ids = {one.track.id for one in found}
+        found += [one for one in _met(goal_m, situation, vehicle, again) if one.track.id not in ids]
     bodies = tuple(_past(one, goal_m, situation, vehicle) for one in found)
     hurries = any(is_oncoming(one.track) and one.least_m > -math.inf for one in found)
     aside_mps = _HURRIED_ASIDE_MPS if hurries else _ASIDE_MPS
@@ -97,52 +114,84 @@ def passed_in_lane(situation: Situation, vehicle: Vehicle, before: PassedInLane 
     else:
         step_m = aside_mps * elapsed_s
         offset_m = min(max(goal_m, before.offset_m - step_m), before.offset_m + step_m)
-    return PassedInLane(bodies=bodies, offset_m=offset_m, goal_m=goal_m, aside_mps=aside_mps)
+    return PassedInLane(bodies=bodies, offset_m=offset_m, goal_m=goal_m, aside_mps=aside_mps, waits_s_m=waits_s_m)
 
 
-def _found(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> tuple[list[_AtTheSide], float]:
-    """Who is passed, nearest first, and how far to the left of the lane's middle [m]."""
+def _found(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> tuple[list[_AtTheSide], float, float]:
+    """Who is passed, nearest first, how far to the left of the lane's middle [m], and where the host waits before the next one [m]."""
     found: list[_AtTheSide] = []
-    right_m, left_m = -math.inf, math.inf  # how far to the left the host drives, at least and at most
+    right_m, left_m, waits_s_m = -math.inf, math.inf, math.inf  # how far to the left the host drives, at least and at most
     for one in _at_the_side(situation, vehicle, before):
         aside_m = min(one.wanted_m, one.room_m) + 0.5 * vehicle.width_m - one.inner_m
         if one.side is Side.RIGHT:
             least, most = max(right_m, aside_m), left_m
         else:
             least, most = right_m, min(left_m, -aside_m)
+        if one.waits and one.track.speed_s_mps < _FOLLOWED_MPS:
+            waits_s_m = one.track.s_m - 0.5 * one.track.along_m - _WAITING_M
         if one.room_m < one.least_m or (least > most and one.least_m > -math.inf):
             break
         if least <= most:
             right_m, left_m = least, most
         found.append(one)
-    return found, min(max(0.0, right_m), left_m)
+    return found, min(max(0.0, right_m), left_m), waits_s_m
 
 
 def _at_the_side(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> Iterator[_AtTheSide]:
     """Who is passed if there is room, nearest first."""
-    road, lane = situation.road, situation.host_lane
     for track in sorted(_ahead(situation, vehicle, before), key=attrgetter("s_m")):
-        half, away_m = 0.5 * road.lane_width_at(lane, track.s_m), track.d_m - road.lane_centre_m(lane, track.s_m)
-        side, other = (Side.LEFT, Side.RIGHT) if away_m > 0.0 else (Side.RIGHT, Side.LEFT)
-        inner_m, free_m, again = abs(away_m) - 0.5 * track.across_m, half - _BORDER_M, track.id in before
-        if is_oncoming(track):
-            inner_m -= _drift_m(track, side)
-            free_m = _free_m(other, situation, track.s_m)
+        side, inner_m, half = _place(track, situation)
+        other, again = Side.RIGHT if side is Side.LEFT else Side.LEFT, track.id in before
+        free_m = _free_m(other, situation, track.s_m) if is_oncoming(track) else half - _BORDER_M
         asked, is_in_lane = room_asked(track, situation, again=again), inner_m <= half - INTRUSION_M
         if stands(track):
             outside_m = _STILL_OUTSIDE_M if again else _OUTSIDE_M
-            if not is_in_lane or abs(away_m) + 0.5 * track.across_m < half + outside_m:
+            if not is_in_lane or inner_m + track.across_m < half + outside_m:
                 continue
         elif inner_m >= 0.5 * vehicle.width_m + asked.near_m:
             continue
+        room_m, is_over = free_m + inner_m - vehicle.width_m, None
+        if is_in_lane and not is_oncoming(track):
+            room_m, is_over = _over_the_line(track, other, inner_m, room_m, situation, vehicle, again=again)
         yield _AtTheSide(
             track=track,
             side=side,
             inner_m=inner_m,
-            room_m=free_m + inner_m - vehicle.width_m,
+            room_m=room_m,
             least_m=asked.least_m if is_in_lane else -math.inf,
             wanted_m=asked.wanted_m,
+            waits=is_over is False and room_m < asked.least_m,
         )
+
+
+def _over_the_line(
+    track: Track, side: Side, inner_m: float, room_m: float, situation: Situation, vehicle: Vehicle, *, again: bool
+) -> tuple[float, bool | None]:
+    """The room beside him [m], over the line at that side where that helps and it is free; whether it is, None where that does not help."""
+    least_m = room_asked(track, situation, again=False).least_m
+    most_m = room_m + _BORDER_M + (STILL_MOST_M if again else MOST_M)
+    if not room_m < least_m <= most_m or not may_be_used(side, track, situation):
+        return room_m, None
+    is_over = is_free(track, side, inner_m, least_m, situation, vehicle, again=again)
+    return least_m if is_over else room_m, is_over
+
+
+def _met(goal_m: float, situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> Iterator[_AtTheSide]:
+    """Oncoming traffic in its own lane to which the host, gone aside for somebody else, comes near."""
+    for track in _ahead(situation, vehicle, before):
+        if is_oncoming(track):
+            side, inner_m, _ = _place(track, situation)
+            asked, room_m = room_asked(track, situation, again=track.id in before), inner_m - side.sign * goal_m - 0.5 * vehicle.width_m
+            if side.sign * goal_m > 0.0 and asked.least_m <= room_m < asked.near_m:
+                yield _AtTheSide(track, side, inner_m, room_m, -math.inf, room_m, waits=False)
+
+
+def _place(track: Track, situation: Situation) -> tuple[Side, float, float]:
+    """The side at which somebody is, how far from the lane's middle his body begins, and how wide half of the lane is there [m]."""
+    road, lane = situation.road, situation.host_lane
+    away_m = track.d_m - road.lane_centre_m(lane, track.s_m)
+    side, inner_m = Side.LEFT if away_m > 0.0 else Side.RIGHT, abs(away_m) - 0.5 * track.across_m
+    return side, inner_m - _drift_m(track, side) if is_oncoming(track) else inner_m, 0.5 * road.lane_width_at(lane, track.s_m)
 
 
 def _drift_m(track: Track, side: Side) -> float:

@@ -64,7 +64,7 @@ def room_asked(track: Track, situation: Situation, *, again: bool) -> Room:
     if is_oncoming(track):
         return Room(0.25 - less_m, 1.0, 1.0)
     if not is_person(track):
-        return Room(0.4 if again else 0.5, 1.0, math.inf)
+        return Room(0.25 if again else 0.5, 1.0, math.inf)
     wanted_m = max(1.5, math.sqrt(situation.host.speed_mps / _PERSON_MPS_PER_M2))
     return Room(_least_beside_people_m(track, situation) - less_m, wanted_m, 2.5)
 

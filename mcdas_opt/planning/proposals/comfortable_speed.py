@@ -39,6 +39,7 @@ _HURRIED_BRAKING_MPS2 = 2.5  # before them, then
 _LEVELS = 5  # of hurry
 _STANDING_MPS = 0.4
 _PASSING_MPS2, _LEAST_WAY_M = 0.8, 1.0  # slowing down for who stands at the lane's side is begun when it takes so much
+_ASIDE_MPS2 = 1.5  # gaining speed while the host goes aside for somebody
 _SLOWER_MPS = 1.0  # than a front car that brakes
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
 _BEFORE_A_LINE_M = 1.0  # beside the gap at standstill
@@ -63,6 +64,8 @@ def comfortable_speed(
     towards_mps = 0.0 if _stands(cycle) else towards_mps
     grip_mps2, late = cycle.situation.road.grip_mps2, comfort.late_braking_mps2
     rising = comfort.rising_mps2(host_mps, grip_mps2)
+    if cycle.passed_in_lane.goes_aside:
+        rising = min(rising, _ASIDE_MPS2)
     if cycle.hurries_to_merge:
         rising, late = min(rising / comfort.share, GRIP_SHARE * grip_mps2), max(late, comfort.limits(host_mps).braking_mps2)
     speeds = speeds_along(
@@ -249,4 +252,5 @@ def _end_ahead_m(cycle: Cycle, d_m: float) -> float:
     end = math.inf if road.is_for_others(lane) else road.lane_ends_m(lane, host.s_m, vehicle.width_m)
     if line_m is not None:
         end = min(end, line_m - _BEFORE_A_LINE_M)
+    end = min(end, cycle.passed_in_lane.waits_s_m)
     return max(end - front_m - cycle.settings.headway.standstill_m, 0.0)

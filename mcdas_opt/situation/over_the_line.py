@@ -1,0 +1,98 @@
+"""Whether the host may go over the line, a little way into the lane of oncoming traffic, to pass somebody at the side of its lane: nobody
+else is there until it is back."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.situation.passing_room import is_person, most_mps
+
+MOST_M, STILL_MOST_M = 0.7, 0.85  # of the host's body, over the line; the second for who was passed in the cycle before
+_SOON_S, _LEAST_CLOSING_MPS = 5.0, 5.0  # it begins so long before the host is beside him
+_BACK_M = 6.0  # beyond him, until the host is back in its lane
+_GAINING_MPS2, _FASTER_MPS = 1.0, 3.0  # how the host comes past him; faster than he is by so much, at least
+_SPARE_S, _STILL_SPARE_S, _STILL_SPARE_SHARE = 4.0, 0.3, 0.4  # until the next one is there; then so much, and of the time until beside him
+_SPARE_M, _STILL_SPARE_M = 0.9, 0.5  # to who drives; half of it to who stands
+_MOVING_MPS, _SIGMAS, _SETTLES_S = 1.0, 2.0, 0.5
+_BEHIND_M = 40.0  # who overtakes the host from so far behind
+_TIGHTEST_SHARE = 1.2  # of the way that the tightest steering takes
+
+
+class _Way(NamedTuple):
+    """The host's way past somebody: its sides, to the left of the lane's middle [m], and where [m] and when [s] it is back."""
+
+    right_m: float
+    left_m: float
+    back_s_m: float
+    back_s: float
+
+
+def may_be_used(side: Side, track: Track, situation: Situation) -> bool:
+    """Whether the lane on that side is one of oncoming traffic until beyond somebody, and seen."""
+    road, lane, there_m = situation.road, situation.lane_beside(side), track.s_m + 0.5 * track.along_m + _BACK_M
+    if not situation.sees_lane(side) or not any(one.lane == lane and one.oncoming for one in road.lanes):
+        return False
+    return min(road.lane_width_at(lane, situation.host.s_m), road.lane_width_at(lane, there_m)) >= 0.5 * road.lane_width_m
+
+
+def is_free(track: Track, side: Side, inner_m: float, gap_m: float, situation: Situation, vehicle: Vehicle, *, again: bool) -> bool:
+    """Whether the host may pass him over the line on that side of its lane, `gap_m` from his body, which begins `inner_m` from the lane's
+    middle; more freely of who was passed in the cycle before, and in any case once it is beside him."""
+    until_m = track.s_m - situation.host.s_m - 0.5 * (track.along_m + vehicle.length_m)
+    if again and until_m < 0.0:
+        return True
+    closing_mps, way = (
+        max(situation.host.speed_mps - track.speed_s_mps, _LEAST_CLOSING_MPS),
+        _way(track, side, inner_m, gap_m, situation, vehicle),
+    )
+    if until_m > _SOON_S * closing_mps or (not again and until_m < _least_way_m(way, situation, vehicle)):
+        return False
+    spare_s = _STILL_SPARE_S + _STILL_SPARE_SHARE * until_m / closing_mps if again else _SPARE_S
+    spare_m = _STILL_SPARE_M if again else _SPARE_M
+    return not any(_is_in_the_way(one, way, spare_s, spare_m, situation, vehicle) for one in situation.tracks if one is not track)
+
+
+def _way(track: Track, side: Side, inner_m: float, gap_m: float, situation: Situation, vehicle: Vehicle) -> _Way:
+    host, its_mps = situation.host, max(track.speed_s_mps, 0.0)
+    right_m, left_m = sorted((side.sign * (gap_m - inner_m), side.sign * (gap_m - inner_m + vehicle.width_m)))
+    fastest = max(min(most_mps(track, gap_m), situation.wanted_speed_mps), its_mps + _FASTER_MPS)
+    way_m = max(track.s_m - host.s_m + 0.5 * (track.along_m + vehicle.length_m) + _BACK_M, 0.0)
+    back_s = _passing_s(way_m, max(min(host.speed_mps, fastest) - its_mps, 0.0), fastest - its_mps)
+    return _Way(right_m, left_m, host.s_m + way_m + its_mps * back_s, back_s)
+
+
+def _passing_s(way_m: float, now_mps: float, most_mps: float) -> float:
+    """How long so much way takes, at a speed that rises from what it is to that at most."""
+    rising_m = (most_mps**2 - now_mps**2) / (2.0 * _GAINING_MPS2)
+    if way_m < rising_m:
+        return (math.sqrt(now_mps**2 + 2.0 * _GAINING_MPS2 * way_m) - now_mps) / _GAINING_MPS2
+    return (most_mps - now_mps) / _GAINING_MPS2 + (way_m - rising_m) / most_mps
+
+
+def _least_way_m(way: _Way, situation: Situation, vehicle: Vehicle) -> float:
+    """How long before him the host has to go aside, steering to one side and back."""
+    host, road = situation.host, situation.road
+    aside_m = abs(0.5 * (way.right_m + way.left_m) + road.lane_centre_m(situation.host_lane, host.s_m) - host.d_m)
+    return _TIGHTEST_SHARE * math.sqrt(4.0 * aside_m * vehicle.wheelbase_m / math.tan(vehicle.steering_max_rad))
+
+
+def _is_in_the_way(one: Track, way: _Way, spare_s: float, spare_m: float, situation: Situation, vehicle: Vehicle) -> bool:
+    """Whether somebody else is there, or will be: who comes towards the host, who crosses, who drives or stands where it comes back, and
+    who overtakes it."""
+    host, road, lane = situation.host, situation.road, situation.host_lane
+    now_m = one.d_m - road.lane_centre_m(lane, one.s_m)
+    later_m = now_m + one.speed_d_mps * (way.back_s if one.crosses or is_person(one) else _SETTLES_S)
+    spare_m = spare_m if abs(one.speed_s_mps) > _MOVING_MPS else 0.5 * spare_m
+    reach_m = 0.5 * one.across_m + spare_m + _SIGMAS * math.sqrt(max(float(one.covariance[2, 2]), 0.0))
+    if min(now_m, later_m) - reach_m > way.left_m or max(now_m, later_m) + reach_m < way.right_m:
+        return False
+    lengths_m = 0.5 * (one.along_m + vehicle.length_m)
+    if one.s_m >= host.s_m:
+        return one.s_m + one.speed_s_mps * (way.back_s + spare_s) - lengths_m < way.back_s_m
+    is_in_lane = abs(now_m) < 0.5 * road.lane_width_at(lane, one.s_m)
+    return not is_in_lane and (one.s_m > host.s_m - lengths_m or (one.speed_s_mps > _MOVING_MPS and one.s_m > host.s_m - _BEHIND_M))
