@@ -89,6 +89,7 @@ class NeighbourPart(Part):
             ge=-math.pi, le=math.pi, description="relative to the road there: it drives straight on in the plane instead of along the road"
         ),
     ] = None
+    oncoming: Annotated[bool, Field(description="true: it comes along the road towards the host")] = False
     kind: Annotated[BodyKind | None, Field(strict=False, description="what it is, for whoever can tell")] = None
     length_m: Annotated[Size, Field(description="of its body")] = 4.5
     width_m: Annotated[Size, Field(description="of its body")] = 1.8
@@ -112,6 +113,8 @@ class NeighbourPart(Part):
                 raise ValueError(f"trajectory and {given[0]} exclude each other")
             if self.behaviour == "idm":
                 raise ValueError("a recorded trajectory cannot follow by idm")
+            if self.oncoming:
+                raise ValueError("trajectory and oncoming exclude each other: its rows say where it drives")
             return self
         if self.leaves:
             raise ValueError("leaves needs a trajectory, after which it is gone")
@@ -124,6 +127,10 @@ class NeighbourPart(Part):
             raise ValueError("heading_rad and behaviour idm exclude each other: who follows drives along the road")
         if self.heading_rad is not None and any(piece.lateral_to_m is not None for piece in self.motion):
             raise ValueError("heading_rad and lateral_to_m exclude each other: who has a heading drives straight on")
+        if self.oncoming and self.heading_rad is not None:
+            raise ValueError("oncoming and heading_rad exclude each other: who has a heading drives straight on")
+        if self.oncoming and self.behaviour == "idm":
+            raise ValueError("oncoming and behaviour idm exclude each other: who follows drives the host's way")
         starts = [piece.start_s for piece in self.motion]
         if starts != sorted(starts):
             raise ValueError("motion pieces must stand in time order")
@@ -143,7 +150,8 @@ class NeighbourPart(Part):
             return s - max(float(t[0]), 0.0) * v * math.cos(psi), d, psi, v
         assert self.s_m is not None
         assert self.speed_mps is not None
-        return self.s_m, self.d_m or 0.0, self.heading_rad or 0.0, self.speed_mps
+        heading = math.pi if self.oncoming else self.heading_rad or 0.0
+        return self.s_m, self.d_m or 0.0, heading, self.speed_mps
 
 
 def _looks(where: str) -> Any:

@@ -34,7 +34,7 @@ def motion_of(neighbour: NeighbourPart, road: Road) -> Motion:
         return HeadedMotion.from_script(
             s_m=s, d_m=d, heading_rad=neighbour.heading_rad, speed_mps=speed, script=neighbour.motion, road=road
         )
-    return ScriptedMotion.from_script(s_m=s, d_m=d, speed_mps=speed, script=neighbour.motion, road=road)
+    return ScriptedMotion.from_script(s_m=s, d_m=d, speed_mps=speed, script=neighbour.motion, road=road, oncoming=neighbour.oncoming)
 
 
 def follower_of(neighbour: NeighbourPart, road: Road) -> Follower:

@@ -77,13 +77,15 @@ class ScriptedMotion:
 
     Speed is speed *along the road*, ds/dt, so that s is an exact piecewise parabola on a curved road too. Before t = 0 and after the
     last piece the speed is held. Whether a lateral piece happens is decided at its start: at 1 m/s along the road or less it is as
-    if it were not written; once begun it lasts its duration. `along` and `lateral` are in time order and begin at t = 0.
+    if it were not written; once begun it lasts its duration. `along` and `lateral` are in time order and begin at t = 0. Who is `oncoming`
+    drives the same way towards smaller s.
     """
 
     along: tuple[SpeedPiece, ...]
     lateral: tuple[LateralPiece, ...]
     start_d_m: float
     road: Road
+    oncoming: bool = False
     _columns: Array = field(init=False, repr=False, compare=False)  # (4, pieces): start, s, speed, acceleration of `along`
 
     def __post_init__(self) -> None:
@@ -92,15 +94,20 @@ class ScriptedMotion:
         object.__setattr__(self, "_columns", np.array(rows, dtype=np.float64).T)
 
     @classmethod
-    def from_script(cls, *, s_m: float, d_m: float, speed_mps: float, script: Sequence[MotionPart], road: Road) -> ScriptedMotion:
+    def from_script(
+        cls, *, s_m: float, d_m: float, speed_mps: float, script: Sequence[MotionPart], road: Road, oncoming: bool = False
+    ) -> ScriptedMotion:
         along = _speed_pieces(s_m, speed_mps, script, road.speed_limit_mps)
-        return cls(along=along, lateral=_lateral_pieces(d_m, script, along), start_d_m=d_m, road=road)
+        return cls(along=along, lateral=_lateral_pieces(d_m, script, along), start_d_m=d_m, road=road, oncoming=oncoming)
 
     def __call__(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)
         s, speed = self._along(t)
         d, speed_d = self._across(t)
-        return BodyMotion(s_m=s, d_m=d, heading_rad=road_heading(s, d, speed, speed_d, self.road), speed_s_mps=speed, speed_d_mps=speed_d)
+        if self.oncoming:
+            s, speed = 2.0 * self._columns[1, 0] - s, -speed
+        heading = road_heading(s, d, speed, speed_d, self.road, oncoming=self.oncoming)
+        return BodyMotion(s_m=s, d_m=d, heading_rad=heading, speed_s_mps=speed, speed_d_mps=speed_d)
 
     def _along(self, t: Array) -> tuple[Array, Array]:
         starts = self._columns[0]
@@ -153,10 +160,11 @@ class HeadedMotion:
         )
 
 
-def road_heading(s: Array, d: Array, speed_s: Array, speed_d: Array, road: Road) -> Array:
+def road_heading(s: Array, d: Array, speed_s: Array, speed_d: Array, road: Road, *, oncoming: bool = False) -> Array:
     """Heading relative to the road of a body that points along its motion; below 1 m/s as if at 1 m/s."""
     over_ground = speed_s * (1.0 - d * road.curvature_at(s))
-    return np.asarray(np.arctan2(speed_d, np.maximum(over_ground, 1.0)), dtype=np.float64)
+    along = np.minimum(over_ground, -1.0) if oncoming else np.maximum(over_ground, 1.0)
+    return np.asarray(np.arctan2(speed_d, along), dtype=np.float64)
 
 
 def _speed_pieces(s_m: float, speed_mps: float, script: Sequence[MotionPart], speed_limit_mps: float) -> tuple[SpeedPiece, ...]:

@@ -173,6 +173,13 @@ def test_rules_that_need_more_than_one_key(tmp_path, text, key, value, words):
         (after("acceleration_mps2 = -3", "[[neighbour.motion]]\nstart_s = 0\nacceleration_mps2 = 1"), "neighbour[0]", "time order"),
         (after("s_m = 30", 'behaviour = "idm"'), "neighbour[0]", "exclude each other"),
         (after("s_m = 30", 'trajectory = "other.csv"'), "neighbour[0]", "trajectory and s_m exclude each other"),
+        (after("s_m = 30", "oncoming = true\nheading_rad = 3.1"), "neighbour[0]", "oncoming and heading_rad exclude each other"),
+        (GOOD + RECORDED + "oncoming = true\n", "neighbour[1]", "trajectory and oncoming exclude each other"),
+        (
+            GOOD + '\n[[neighbour]]\ns_m = 60\nspeed_mps = 5\nbehaviour = "idm"\noncoming = true\n',
+            "neighbour[1]",
+            "oncoming and behaviour idm exclude each other",
+        ),
         (GOOD + '\n[[neighbour]]\nname = "front"\ns_m = 60\nspeed_mps = 5\n', "neighbour", "two neighbours are called 'front'"),
         (after("[road]", "curvature = [[0.0, 0.0], [0.0, 0.01]]"), "road", "must increase"),
         (after("[road]", "curvature = [[0.0, 0.5]]"), "road", "too tight"),

@@ -9,6 +9,7 @@ import pytest
 
 from mcdas_opt import Scene, load_scene, simulate
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.simulation.record import Simulation
 
 CAR = load_vehicle("sedan")
@@ -63,3 +64,15 @@ def test_without_an_end_of_those_who_come_it_waits_with_room_to_go_round() -> No
     assert drive.trajectory.speed_mps[-1] < 0.1
     gap_m = THERE_M - drive.trajectory.s_m[-1] - 0.5 * (4.5 + CAR.length_m)
     assert 5.0 < gap_m < 10.0
+
+
+def test_the_shipped_street() -> None:
+    drive = simulate(load_scene("two-way-street"), seed=2)
+    assert (drive.outcome, drive.fallbacks) == ("safe", 0)
+    assert all(cycle.plan.alert is Alert.NONE for cycle in drive.cycles)
+    over = drive.trajectory.t_s[abs(drive.trajectory.d_m) + 0.5 * CAR.width_m > HALF_M]
+    second_s = drive.trajectory.t_s[drive.trajectory.s_m > 215.0 - 12.0 * drive.trajectory.t_s][0]
+    assert over.size > 0
+    assert over[0] > second_s - 0.5  # whoever comes is past
+    assert drive.trajectory.s_m[-1] > 60.0 + 4.5 * 30.0 + 20.0
+    assert drive.min_clearance_m > 0.8

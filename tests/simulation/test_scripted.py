@@ -142,3 +142,29 @@ def test_mirror_the_script_and_the_motion_mirrors(lateral: list[dict[str, float]
     np.testing.assert_array_equal(left.s_m, right.s_m)
     np.testing.assert_array_equal(left.d_m, -right.d_m)
     np.testing.assert_array_equal(left.heading_rad, -right.heading_rad)
+
+
+@given(SPEED_PIECES, LATERAL_PIECES, st.floats(0.0, 35.0))
+@settings(max_examples=60, deadline=None)
+def test_who_is_oncoming_drives_the_same_way_towards_smaller_s(
+    script: list[dict[str, float]], aside: list[dict[str, float]], speed: float
+) -> None:
+    parts = [MotionPart.model_validate(piece) for piece in sorted(script + aside, key=lambda piece: piece["start_s"])]
+    there, back = (
+        ScriptedMotion.from_script(s_m=10.0, d_m=0.5, speed_mps=speed, script=parts, road=ROAD, oncoming=oncoming)(
+            np.linspace(-1.0, 12.0, 300)
+        )
+        for oncoming in (False, True)
+    )
+    np.testing.assert_allclose(back.s_m - 10.0, 10.0 - there.s_m, atol=1e-9)
+    assert (back.speed_s_mps == -there.speed_s_mps).all()
+    assert (back.d_m == there.d_m).all()
+    assert np.cos(back.heading_rad + there.heading_rad) == pytest.approx(-1.0)  # to the same side, the other way
+
+
+def test_who_is_oncoming_follows_a_bend() -> None:
+    bend = Road(lanes_left=1, curvature=((0.0, 0.0), (60.0, 0.01)))
+    path = ScriptedMotion.from_script(s_m=90.0, d_m=3.7, speed_mps=10.0, script=(), road=bend, oncoming=True)(np.linspace(0.0, 9.0, 50))
+    assert (path.d_m == 3.7).all()
+    assert np.cos(path.heading_rad) == pytest.approx(-1.0)
+    assert path.s_m[-1] == pytest.approx(0.0)
