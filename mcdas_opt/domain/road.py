@@ -11,7 +11,6 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mcdas_opt.domain.lane import NEAREST_KNOTS_M, SPEED_LIMITS_MPS, Lane
 from mcdas_opt.domain.lane_borders import Edges, LaneBorders
@@ -188,25 +187,6 @@ class Road:
         there = [k for k in range(len(borders) - 1) if borders[k + 1] - borders[k] > _NOTHING_M and k not in beside]
         inside = [k for k in there if d_m < borders[k + 1]]
         return (inside[0] if inside else there[-1] if there else self.lanes_right) - self.lanes_right
-
-    def lanes_of(self, d_m: Array, s_m: Array) -> Array:
-        """`lane_of` at many places (n,): whole numbers."""
-        if self.borders is None:
-            return np.asarray(np.clip(np.floor(d_m / self.lane_width_m + 0.5), -self.lanes_right, self.lanes_left))
-        borders = self.borders.along(s_m)
-        there = np.diff(borders, axis=0) > _NOTHING_M
-        there[[lane.lane + self.lanes_right for lane in self.lanes if lane.shoulder]] = False
-        inside = there & (d_m < borders[1:])
-        outermost = np.where(there.any(axis=0), len(there) - 1 - np.argmax(there[::-1], axis=0), self.lanes_right)
-        return np.asarray(np.where(inside.any(axis=0), np.argmax(inside, axis=0), outermost) - self.lanes_right)
-
-    def are_in(self, lanes: Array, d_m: Array, s_m: Array) -> NDArray[np.bool_]:
-        """Whether places (n,) lie between the borders of these lanes (n,), which are among those that there are."""
-        if self.borders is None:
-            return np.asarray(np.abs(d_m - lanes * self.lane_width_m) <= 0.5 * self.lane_width_m)
-        borders = self.borders.along(s_m)
-        k, at = lanes + self.lanes_right, np.arange(len(lanes))
-        return np.asarray((borders[k, at] <= d_m) & (d_m <= borders[k + 1, at]))
 
     def lane_centre_m(self, lane: int, s_m: float) -> float:
         """d of the middle of a lane [m] at s [m]."""

@@ -15,7 +15,7 @@ from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.recorded import GONE_M
 
 SETTLED_M, SETTLED_RAD = 0.3, 0.03
-_CLOSING_MPS = 0.05
+_CLOSING_MPS, _BESIDE_M = 0.05, 0.3
 _LOOKS_S = 0.1
 
 
@@ -47,15 +47,14 @@ def times_to_collision(
 ) -> tuple[float | None, float | None]:
     """Least time to collision [s] with anybody ahead and with anybody behind; None where nobody ever closes in.
 
-    Gap from bumper to bumper over closing speed, both along the road, with the neighbours whose centre is in the host's lane or whose
-    body reaches over its width. Somebody alongside does not count, nor does closing in by less than 0.05 m/s.
+    Gap from bumper to bumper over closing speed, both along the road, with whoever reaches over the host's width or to within 0.3 m of it.
+    Somebody alongside does not count, nor does closing in by less than 0.05 m/s.
     """
     s, d, psi, v = (host[:, k] for k in (0, 1, 2, 3))
     speed = v * np.cos(psi) / (1.0 - d * road.curvature_at(s))
-    lane = road.lanes_of(d, s)
     least = [np.inf, np.inf]
     for motion, (length, width) in zip(neighbours, sizes, strict=True):
-        sharing = (np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m)) | road.are_in(lane, motion.d_m, motion.s_m)
+        sharing = np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m) + _BESIDE_M
         gap = np.abs(motion.s_m - s) - 0.5 * (length + vehicle.length_m)
         ahead = motion.s_m > s
         closing = np.where(ahead, speed - motion.speed_s_mps, motion.speed_s_mps - speed)

@@ -65,16 +65,6 @@ def test_lanes_lie_side_by_side_and_their_borders_are_the_edges(seed: int) -> No
             assert float(road.right_edge_at(s)) == pytest.approx(centres[0] - 0.5 * widths[0] - road.shoulder_right_m, abs=1e-9)
 
 
-@settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 10**9))
-def test_the_lanes_of_many_places_are_those_of_each(seed: int) -> None:
-    road, rng = random_road(seed), np.random.default_rng(seed)
-    if road.lanes_right and not road.lanes:
-        road = replace(road, lanes=(Lane(lane=-road.lanes_right, shoulder=True),))
-    s, d = rng.uniform(-50.0, 400.0, 40), rng.uniform(-15.0, 15.0, 40)
-    assert road.lanes_of(d, s).tolist() == [road.lane_of(*place) for place in zip(d.tolist(), s.tolist(), strict=True)]
-
-
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10**9))
 def test_what_plans_are_made_with_lies_inside_and_can_be_followed(seed: int) -> None:
