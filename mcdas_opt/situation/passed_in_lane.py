@@ -17,7 +17,7 @@ from mcdas_opt.situation.over_the_line import MOST_M, STILL_MOST_M, is_free, may
 from mcdas_opt.situation.passing_room import is_oncoming, may_be_passed, most_mps, room_asked, stands
 
 INTRUSION_M = 0.2  # who reaches into the lane by less is in nobody's way
-_OUTSIDE_M, _STILL_OUTSIDE_M = 0.0, -0.2  # beyond the lane's border: a car that stands wholly within it stands in a queue
+_OUTSIDE_M, _STILL_OUTSIDE_M = 0.0, -0.35  # beyond the lane's border: a car that stands wholly within it stands in a queue
 _BORDER_M = 0.1  # from the host's body to the lane's other border
 _ON_SHOULDER_M = 0.6  # so far beyond it for oncoming traffic, where the lane is the last one
 _SETTLES_S = 1.0  # so long oncoming traffic goes on towards the host's lane
@@ -168,12 +168,11 @@ def _over_the_line(
     track: Track, side: Side, inner_m: float, room_m: float, situation: Situation, vehicle: Vehicle, *, again: bool
 ) -> tuple[float, bool | None]:
     """The room beside him [m], over the line at that side where that helps and it is free; whether it is, None where that does not help."""
-    least_m = room_asked(track, situation, again=False).least_m
-    most_m = room_m + _BORDER_M + (STILL_MOST_M if again else MOST_M)
-    if not room_m < least_m <= most_m or not may_be_used(side, track, situation):
+    gap_m = min(room_asked(track, situation, again=False).least_m, room_m + _BORDER_M + (STILL_MOST_M if again else MOST_M))
+    if gap_m <= room_m or gap_m < room_asked(track, situation, again=again).least_m or not may_be_used(side, track, situation):
         return room_m, None
-    is_over = is_free(track, side, inner_m, least_m, situation, vehicle, again=again)
-    return least_m if is_over else room_m, is_over
+    is_over = is_free(track, side, inner_m, gap_m, situation, vehicle, again=again)
+    return gap_m if is_over else room_m, is_over
 
 
 def _met(goal_m: float, situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> Iterator[_AtTheSide]:

@@ -21,8 +21,8 @@ from mcdas_opt.situation.passed_in_lane import PassedInLane, passed_in_lane
 
 CAR = load_vehicle("sedan")
 HALF_M = 0.5 * 3.5
-TWO_WAY = Road(lane_width_m=2.0 * HALF_M, lanes_left=1, lanes=(Lane(lane=1, oncoming=True),), shoulder_right_m=1.0)
-PARKED = Track(id="parked", s_m=40.0, d_m=-1.2, speed_s_mps=0.0)
+TWO_WAY = Road(lane_width_m=2.0 * HALF_M, lanes_left=1, lanes=(Lane(lane=1, oncoming=True),), shoulder_right_m=1.0, speed_limit_mps=14.0)
+PARKED = Track(id="parked", s_m=35.0, d_m=-1.2, speed_s_mps=0.0)
 CYCLIST = Track(id="cyclist", s_m=20.0, d_m=-1.1, speed_s_mps=4.0, kind=BodyKind.BICYCLE, length_m=1.8, width_m=0.6)
 KINDS = st.sampled_from([PARKED, CYCLIST])
 
@@ -71,11 +71,11 @@ def test_who_comes_later_or_not_at_all_is_never_in_the_way(track: Track, mps: fl
     "other",
     [
         coming(75.0),
-        coming(50.0, 0.0, d_m=3.0),  # stands in that lane, near the line
-        Track(id="queue", s_m=52.0, d_m=0.0, speed_s_mps=0.0),
+        coming(45.0, 0.0, d_m=3.0),  # stands in that lane, near the line
+        Track(id="queue", s_m=47.0, d_m=0.0, speed_s_mps=0.0),
         Track(id="overtakes", s_m=-15.0, d_m=3.5, speed_s_mps=14.0),
         Track(id="beside", s_m=-3.0, d_m=3.0, speed_s_mps=0.0),
-        Track(id="walks", s_m=52.0, d_m=5.0, speed_s_mps=0.0, speed_d_mps=-1.5, kind=BodyKind.PEDESTRIAN, width_m=0.5, length_m=0.5),
+        Track(id="walks", s_m=47.0, d_m=5.0, speed_s_mps=0.0, speed_d_mps=-1.5, kind=BodyKind.PEDESTRIAN, width_m=0.5, length_m=0.5),
     ],
 )
 def test_who_is_in_the_way(other: Track) -> None:
@@ -112,3 +112,11 @@ def test_what_was_begun_is_not_given_up_for_noise() -> None:
         free = [s_m for s_m in range(60, 300) if is_passed(PARKED, coming(s_m), before=before)]
         limits.append(min(free))
     assert limits[0] > limits[1] + 2.0 * 12.0 * 0.9
+
+
+def test_round_a_bend_it_is_not_begun_though_nobody_is_seen() -> None:
+    """A radar that looks far ahead, and near beside, does not see who comes round it."""
+    for side_of_bend in (1.0, -1.0):
+        gentle, tight = (replace(TWO_WAY, curvature=((0.0, 0.0), (30.0, 0.0), (50.0, side_of_bend * kappa))) for kappa in (0.0005, 0.01))
+        assert is_passed(PARKED, road=gentle)
+        assert not is_passed(PARKED, road=tight)

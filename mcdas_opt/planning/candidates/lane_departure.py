@@ -14,7 +14,8 @@ _MARKING_M = 0.15  # a body that crosses the marking by less still keeps its lan
 
 
 def departure(trajectory: Trajectory, proposed: Proposed, cycle: Cycle) -> Side:
-    """Where a drive that was to keep its lane does not: its body crosses the marking to a side that nobody watches, or by half its width.
+    """Where a drive that was to keep its lane does not: its body crosses the marking to a side that nobody watches, or by half its width,
+    and by more than it was to.
 
     None where it keeps the lane, or was to leave it. A car that begins beyond the marking is let back in.
     """
@@ -28,9 +29,9 @@ def departure(trajectory: Trajectory, proposed: Proposed, cycle: Cycle) -> Side:
     if max(_most(d) - centre, centre - _least(d)) + 0.5 * (vehicle.width_m + vehicle.length_m * turned) < half:
         return Side.NONE  # well within it
     reach = 0.5 * vehicle.width_m * np.cos(psi) + 0.5 * vehicle.length_m * np.abs(np.sin(psi))
-    offset = d - centre
+    offset, aside = d - centre, proposed.path.target_d_m - centre
     found = Side.NONE
-    for side, over in ((Side.LEFT, offset + reach - half), (Side.RIGHT, reach - offset - half)):
+    for side, over in ((Side.LEFT, offset + reach - half - max(aside, 0.0)), (Side.RIGHT, reach - offset - half - max(-aside, 0.0))):
         watched = situation.sees_lane(side)
         room = 0.5 * vehicle.width_m if watched else _MARKING_M
         if float(over.max()) > max(room, float(over[0]) + _MARKING_M):
