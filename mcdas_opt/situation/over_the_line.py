@@ -22,12 +22,8 @@ _SPARE_S, _STILL_SPARE_S, _STILL_SPARE_SHARE = 4.0, 0.3, 0.4  # until the next o
 _SPARE_M, _STILL_SPARE_M = 0.9, 0.6  # to who drives; half of it to who stands
 _MOVING_MPS, _SIGMAS, _SETTLES_S = 1.0, 2.0, 0.5
 _UNSEEN_S, _FASTEST_MPS = 1.0, 17.0  # who is not seen yet comes no sooner after the host is back, and at the speed limit, as far as this
-_FAR_M, _NEAR_M, _NARROW_RAD, _STEP_M = (
-    170.0,
-    60.0,
-    math.radians(10.0),
-    5.0,
-)  # a radar (Delphi ESR, data sheet of 2009): far ahead, and beside
+_FAR_M, _NEAR_M, _STEP_M = 170.0, 60.0, 5.0  # a radar sees so far ahead, and beside (Delphi ESR: de Ponte Mueller 2017, Sensors 17(2):271)
+_NARROW_RAD = math.radians(10.0)
 _BEHIND_M = 40.0  # who overtakes the host from so far behind
 _TIGHTEST_SHARE, _HARDLY_M = 1.2, 0.15  # of the way that the tightest steering takes; less aside takes none
 
@@ -56,17 +52,14 @@ def is_free(track: Track, side: Side, inner_m: float, gap_m: float, situation: S
     until_m = track.s_m - situation.host.s_m - 0.5 * (track.along_m + vehicle.length_m)
     if again and until_m < 0.0:
         return True
-    closing_mps, way = (
-        max(situation.host.speed_mps - track.speed_s_mps, _LEAST_CLOSING_MPS),
-        _way(track, side, inner_m, gap_m, situation, vehicle),
-    )
+    closing_mps = max(situation.host.speed_mps - track.speed_s_mps, _LEAST_CLOSING_MPS)
+    way = _way(track, side, inner_m, gap_m, situation, vehicle)
     if until_m > _SOON_S * closing_mps or (not again and until_m < _least_way_m(way, situation, vehicle)):
+        return False
+    if not again and _far_m(way, situation) > _sight_m(side, situation):
         return False
     spare_s = _STILL_SPARE_S + _STILL_SPARE_SHARE * until_m / closing_mps if again else _SPARE_S
     spare_m = _STILL_SPARE_M if again else _SPARE_M
-    unseen_m = way.back_s_m - situation.host.s_m + (way.back_s + _UNSEEN_S) * min(situation.road.speed_limit_mps, _FASTEST_MPS)
-    if not again and unseen_m > _sight_m(side, unseen_m, situation):
-        return False
     return not any(_is_in_the_way(one, way, spare_s, spare_m, situation, vehicle) for one in situation.tracks if one is not track)
 
 
@@ -84,12 +77,18 @@ def _way(track: Track, side: Side, inner_m: float, gap_m: float, situation: Situ
     return _Way(side, right_m, left_m, host.s_m + way_m + its_mps * back_s, back_s)
 
 
-def _sight_m(side: Side, most_m: float, situation: Situation) -> float:
-    """How far ahead the lane on that side is seen: as by a radar that sees less far beside its middle. Not known better."""
+def _far_m(way: _Way, situation: Situation) -> float:
+    """How far ahead somebody at the speed limit would be who is there as the host is back."""
+    fastest = min(situation.road.speed_limit_mps, _FASTEST_MPS)
+    return way.back_s_m - situation.host.s_m + (way.back_s + _UNSEEN_S) * fastest
+
+
+def _sight_m(side: Side, situation: Situation) -> float:
+    """How far ahead the lane on that side is seen. What the host's sensors see is not known better than of one radar."""
     road, host, lane = situation.road, situation.host, situation.lane_beside(side)
     if road.is_straight:
         return _FAR_M
-    along_m = np.arange(0.0, min(most_m, _FAR_M) + _STEP_M, _STEP_M)
+    along_m = np.arange(0.0, _FAR_M, _STEP_M)
     heading = np.cumsum(road.curvature_at(host.s_m + along_m)) * _STEP_M - host.heading_rad
     ahead_m, aside_m = np.cumsum(np.cos(heading)) * _STEP_M, np.cumsum(np.sin(heading)) * _STEP_M
     aside_m += road.lane_centre_m(lane, host.s_m) - host.d_m

@@ -245,12 +245,13 @@ def _stops_within_m(cycle: Cycle, d_m: float) -> float:
 
 def _end_ahead_m(cycle: Cycle, d_m: float) -> float:
     """The way to where a host along the offset d stops before its lane ends, which one that is none to drive in does nowhere, or before
-    the line at which it has to wait."""
+    the line at which it has to wait, or behind somebody whom it passes once nobody comes."""
     host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
     line_m = line_ahead_m(cycle.situation, vehicle)
     front_m, lane = host.s_m + 0.5 * vehicle.length_m, road.lane_of(d_m, host.s_m)
     end = math.inf if road.is_for_others(lane) else road.lane_ends_m(lane, host.s_m, vehicle.width_m)
     if line_m is not None:
         end = min(end, line_m - _BEFORE_A_LINE_M)
-    end = min(end, cycle.passed_in_lane.waits_s_m)
+    if lane == cycle.situation.host_lane:
+        end = min(end, cycle.passed_in_lane.waits_s_m)
     return max(end - front_m - cycle.settings.headway.standstill_m, 0.0)
