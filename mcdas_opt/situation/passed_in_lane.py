@@ -58,20 +58,26 @@ class Passed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PassedInLane:
-    """Nearest first, and how far to the left of the lane's middle the host drives for them: now, and once it has gone aside [m]; where it
-    waits for the lane of oncoming traffic to be free [m], infinite if it does not."""
+    """Nearest first, and how far to the left of the lane's middle the host drives for them: now, and once it has gone aside [m]; whom it
+    would pass next over the line, and waits behind until nobody comes."""
 
     bodies: tuple[Passed, ...] = ()
     offset_m: float = 0.0
     goal_m: float = 0.0
     aside_mps: float = _ASIDE_MPS
-    waits_s_m: float = math.inf
+    waits_for: Track | None = None
 
     @property
     def moving_s(self) -> float:
         """How long the host goes aside, or back."""
         least_s = _HURRIED_LEAST_S if self.aside_mps > _ASIDE_MPS else 0.0
         return max(abs(self.goal_m - self.offset_m) / self.aside_mps, least_s)
+
+    @property
+    def waits_s_m(self) -> float:
+        """Where the host waits with room to go round him [m]; infinite where it does not, or follows him."""
+        one = self.waits_for
+        return math.inf if one is None or one.speed_s_mps >= _FOLLOWED_MPS else one.s_m - 0.5 * one.along_m - _WAITING_M
 
     @property
     def goes_aside(self) -> bool:
@@ -101,7 +107,7 @@ def passed_in_lane(situation: Situation, vehicle: Vehicle, before: PassedInLane 
     (`passing_room`); as far as one offset passes them all. The offset changes slowly from what it was `before`, so long ago, or from where
     the host is."""
     again = frozenset() if before is None else before.ids
-    found, goal_m, waits_s_m = _found(situation, vehicle, again)
+    found, goal_m, waits_for = _found(situation, vehicle, again)
     if goal_m != 0.0:
         ids = {one.track.id for one in found}
         found += [one for one in _met(goal_m, situation, vehicle, again) if one.track.id not in ids]
@@ -114,27 +120,27 @@ def passed_in_lane(situation: Situation, vehicle: Vehicle, before: PassedInLane 
     else:
         step_m = aside_mps * elapsed_s
         offset_m = min(max(goal_m, before.offset_m - step_m), before.offset_m + step_m)
-    return PassedInLane(bodies=bodies, offset_m=offset_m, goal_m=goal_m, aside_mps=aside_mps, waits_s_m=waits_s_m)
+    return PassedInLane(bodies=bodies, offset_m=offset_m, goal_m=goal_m, aside_mps=aside_mps, waits_for=waits_for)
 
 
-def _found(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> tuple[list[_AtTheSide], float, float]:
-    """Who is passed, nearest first, how far to the left of the lane's middle [m], and where the host waits before the next one [m]."""
+def _found(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> tuple[list[_AtTheSide], float, Track | None]:
+    """Who is passed, nearest first, how far to the left of the lane's middle [m], and behind whom the host waits."""
     found: list[_AtTheSide] = []
-    right_m, left_m, waits_s_m = -math.inf, math.inf, math.inf  # how far to the left the host drives, at least and at most
+    waits_for: Track | None = None
+    right_m, left_m = -math.inf, math.inf  # how far to the left the host drives, at least and at most
     for one in _at_the_side(situation, vehicle, before):
         aside_m = min(one.wanted_m, one.room_m) + 0.5 * vehicle.width_m - one.inner_m
         if one.side is Side.RIGHT:
             least, most = max(right_m, aside_m), left_m
         else:
             least, most = right_m, min(left_m, -aside_m)
-        if one.waits and one.track.speed_s_mps < _FOLLOWED_MPS:
-            waits_s_m = one.track.s_m - 0.5 * one.track.along_m - _WAITING_M
         if one.room_m < one.least_m or (least > most and one.least_m > -math.inf):
+            waits_for = one.track if one.waits else None
             break
         if least <= most:
             right_m, left_m = least, most
         found.append(one)
-    return found, min(max(0.0, right_m), left_m), waits_s_m
+    return found, min(max(0.0, right_m), left_m), waits_for
 
 
 def _at_the_side(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> Iterator[_AtTheSide]:

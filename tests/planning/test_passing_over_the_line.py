@@ -64,6 +64,7 @@ def test_without_an_end_of_those_who_come_it_waits_with_room_to_go_round() -> No
     assert drive.trajectory.speed_mps[-1] < 0.1
     gap_m = THERE_M - drive.trajectory.s_m[-1] - 0.5 * (4.5 + CAR.length_m)
     assert 5.0 < gap_m < 10.0
+    assert "until the lane of oncoming traffic is seen to be free" in drive.cycles[-1].plan.reason
 
 
 def test_the_shipped_street() -> None:

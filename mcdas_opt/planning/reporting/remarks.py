@@ -47,10 +47,14 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
 
 
 def _passing(best: Ended, cycle: Cycle) -> str:
-    """Said of driving past somebody at the lane's side."""
+    """Said of driving past somebody at the lane's side, and of letting those through first who come in the lane beside."""
     if best.proposed.side is not Side.NONE:
         return ""
-    return "".join(f"; passes {one.track.id}, {one.gap_m:.1f} m beside it" for one in cycle.passed_in_lane.bodies)
+    passed = cycle.passed_in_lane
+    waits = (
+        "" if passed.waits_for is None else f"; stays behind {passed.waits_for.id} until the lane of oncoming traffic is seen to be free"
+    )
+    return "".join(f"; passes {one.track.id}, {one.gap_m:.1f} m beside it" for one in passed.bodies) + waits
 
 
 def _unwatched(best: Ended, cycle: Cycle) -> str:
