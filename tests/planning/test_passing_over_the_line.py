@@ -68,7 +68,7 @@ def test_without_an_end_of_those_who_come_it_waits_with_room_to_go_round() -> No
 
 
 def test_the_shipped_street() -> None:
-    drive = simulate(load_scene("two-way-street"), seed=2)
+    drive = simulate(load_scene("street"), seed=2)
     assert (drive.outcome, drive.fallbacks) == ("safe", 0)
     assert all(cycle.plan.alert is Alert.NONE for cycle in drive.cycles)
     over = drive.trajectory.t_s[abs(drive.trajectory.d_m) + 0.5 * CAR.width_m > HALF_M]
