@@ -56,7 +56,7 @@ def is_free(track: Track, side: Side, inner_m: float, gap_m: float, situation: S
     way = _way(track, side, inner_m, gap_m, situation, vehicle)
     if until_m > _SOON_S * closing_mps or (not again and until_m < _least_way_m(way, situation, vehicle)):
         return False
-    if not again and _far_m(way, situation) > _sight_m(side, situation):
+    if not again and _needed_sight_m(way, situation) > _sight_m(side, situation):
         return False
     spare_s = _STILL_SPARE_S + _STILL_SPARE_SHARE * until_m / closing_mps if again else _SPARE_S
     spare_m = _STILL_SPARE_M if again else _SPARE_M
@@ -77,7 +77,7 @@ def _way(track: Track, side: Side, inner_m: float, gap_m: float, situation: Situ
     return _Way(side, right_m, left_m, host.s_m + way_m + its_mps * back_s, back_s)
 
 
-def _far_m(way: _Way, situation: Situation) -> float:
+def _needed_sight_m(way: _Way, situation: Situation) -> float:
     """How far ahead somebody at the speed limit would be who is there as the host is back."""
     fastest = min(situation.road.speed_limit_mps, _FASTEST_MPS)
     return way.back_s_m - situation.host.s_m + (way.back_s + _UNSEEN_S) * fastest
@@ -96,12 +96,12 @@ def _sight_m(side: Side, situation: Situation) -> float:
     return float(along_m[np.argmax(unseen)]) if unseen.any() else _FAR_M
 
 
-def _passing_s(way_m: float, now_mps: float, most_mps: float) -> float:
+def _passing_s(way_m: float, now_mps: float, fastest_mps: float) -> float:
     """How long so much way takes, at a speed that rises from what it is to that at most."""
-    rising_m = (most_mps**2 - now_mps**2) / (2.0 * _GAINING_MPS2)
+    rising_m = (fastest_mps**2 - now_mps**2) / (2.0 * _GAINING_MPS2)
     if way_m < rising_m:
         return (math.sqrt(now_mps**2 + 2.0 * _GAINING_MPS2 * way_m) - now_mps) / _GAINING_MPS2
-    return (most_mps - now_mps) / _GAINING_MPS2 + (way_m - rising_m) / most_mps
+    return (fastest_mps - now_mps) / _GAINING_MPS2 + (way_m - rising_m) / fastest_mps
 
 
 def _least_way_m(way: _Way, situation: Situation, vehicle: Vehicle) -> float:

@@ -24,10 +24,8 @@ _SETTLES_S = 1.0  # so long oncoming traffic goes on towards the host's lane
 _AHEAD_S, _LEAST_MPS = 8.0, 5.0  # looked ahead, at that speed at least
 _ASIDE_MPS, _HURRIED_ASIDE_MPS = 0.4, 1.0  # that the host goes aside by, and back; for oncoming traffic in its lane
 _HURRIED_LEAST_S = 1.5  # a short way aside is not hurried
-_WAITING_M, _FOLLOWED_MPS = (
-    7.0,
-    2.0,
-)  # before him, beside the gap at standstill: from there the way leads past him; who is faster is followed
+_WAITING_M = 7.0  # before him, beside the gap at standstill: from there the way leads past him
+_FOLLOWED_MPS = 2.0  # who is faster is followed meanwhile
 _CLEARLY = 2.5  # standard deviations
 
 
@@ -156,9 +154,9 @@ def _at_the_side(situation: Situation, vehicle: Vehicle, before: frozenset[str])
                 continue
         elif inner_m >= 0.5 * vehicle.width_m + asked.near_m:
             continue
-        room_m, is_over = free_m + inner_m - vehicle.width_m, None
+        room_m, waits = free_m + inner_m - vehicle.width_m, False
         if is_in_lane and not is_oncoming(track):
-            room_m, is_over = _over_the_line(track, other, inner_m, room_m, situation, vehicle, again=again)
+            room_m, waits = _over_the_line(track, other, inner_m, room_m, situation, vehicle, again=again)
         yield _AtTheSide(
             track=track,
             side=side,
@@ -166,19 +164,21 @@ def _at_the_side(situation: Situation, vehicle: Vehicle, before: frozenset[str])
             room_m=room_m,
             least_m=asked.least_m if is_in_lane else -math.inf,
             wanted_m=asked.wanted_m,
-            waits=is_over is False and room_m < asked.least_m,
+            waits=waits,
         )
 
 
 def _over_the_line(
     track: Track, side: Side, inner_m: float, room_m: float, situation: Situation, vehicle: Vehicle, *, again: bool
-) -> tuple[float, bool | None]:
-    """The room beside him [m], over the line at that side where that helps and it is free; whether it is, None where that does not help."""
+) -> tuple[float, bool]:
+    """The room beside him [m], over the line at that side where that helps and it is free; whether the host waits for that."""
+    least_m = room_asked(track, situation, again=again).least_m
     gap_m = min(room_asked(track, situation, again=False).least_m, room_m + _BORDER_M + (STILL_MOST_M if again else MOST_M))
-    if gap_m <= room_m or gap_m < room_asked(track, situation, again=again).least_m or not may_be_used(side, track, situation):
-        return room_m, None
-    is_over = is_free(track, side, inner_m, gap_m, situation, vehicle, again=again)
-    return gap_m if is_over else room_m, is_over
+    if gap_m <= room_m or gap_m < least_m or not may_be_used(side, track, situation):
+        return room_m, False
+    if is_free(track, side, inner_m, gap_m, situation, vehicle, again=again):
+        return gap_m, False
+    return room_m, room_m < least_m
 
 
 def _met(goal_m: float, situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> Iterator[_AtTheSide]:
