@@ -3,8 +3,6 @@ its lane. It goes over the line once nobody comes."""
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from mcdas_opt import Scene, load_scene, simulate
@@ -22,7 +20,7 @@ WALKER = {"name": "walker", "s_m": THERE_M, "d_m": -0.9, "speed_mps": 1.2, "kind
 def street(one: dict[str, object], *coming_s_m: float, side: int = 1) -> Scene:
     """Somebody at the right, traffic on the left comes at 12 m/s; mirrored with `side` -1."""
     document = load_scene("parked-car").model_dump(exclude_none=True)
-    coming = [{"name": f"{s:g}", "s_m": s, "d_m": side * 2.0 * HALF_M, "speed_mps": 12.0, "heading_rad": math.pi} for s in coming_s_m]
+    coming = [{"name": f"{s:g}", "s_m": s, "d_m": side * 2.0 * HALF_M, "speed_mps": 12.0, "oncoming": True} for s in coming_s_m]
     lanes = {"lanes_left": int(side > 0), "lanes_right": int(side < 0), "lane": [{"lane": side, "oncoming": True}]}
     road = {"lane_width_m": 2.0 * HALF_M, "friction": 0.9, "speed_limit_mps": 14.0, **lanes}
     return Scene.model_validate(
@@ -65,6 +63,18 @@ def test_without_an_end_of_those_who_come_it_waits_with_room_to_go_round() -> No
     gap_m = THERE_M - drive.trajectory.s_m[-1] - 0.5 * (4.5 + CAR.length_m)
     assert 5.0 < gap_m < 10.0
     assert "until the lane of oncoming traffic is seen to be free" in drive.cycles[-1].plan.reason
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("coming_s_m", [140.0, 160.0, 180.0])
+def test_within_the_lane_it_is_not_braked_for_who_keeps_his_own(coming_s_m: float, side: int) -> None:
+    """He is met with nearly a metre between while the host goes aside: it braked to walking pace, and warned."""
+    inside = PARKED | {"d_m": -1.6}
+    alone, met = simulate(street(inside, side=side), seed=2), simulate(street(inside, coming_s_m, side=side), seed=2)
+    assert (met.outcome, met.fallbacks) == ("safe", 0)
+    assert over_the_line_m(met) < 0.1
+    assert met.trajectory.speed_mps.min() > alone.trajectory.speed_mps.min() - 1.0
+    assert all(cycle.plan.alert is Alert.NONE for cycle in met.cycles)
 
 
 def test_the_shipped_street() -> None:
