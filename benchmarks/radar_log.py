@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from mcdas_opt.catalogue.data_files import models_folder
-from mcdas_opt.catalogue.scenes import MotionPart, Scene, load_scene
+from mcdas_opt.catalogue.neighbour_tables import MotionPart
+from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.sensors import load_sensor
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.host import HostState

@@ -6,10 +6,14 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS
 from mcdas_opt.errors import nearest
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
+Place = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+Speed = Annotated[float, Field(ge=0.0, le=FASTEST_MPS)]
+Acceleration = Annotated[float, Field(ge=-1e3, le=1e3)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mcdas_opt.catalogue.scenes import NeighbourPart, Scene
+from mcdas_opt.catalogue.neighbour_tables import NeighbourPart
+from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import BodyMotion, KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.rules import Array

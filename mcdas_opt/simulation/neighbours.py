@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mcdas_opt.catalogue.scenes import NeighbourPart, Scene
+from mcdas_opt.catalogue.neighbour_tables import NeighbourPart
+from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.prediction import BodyMotion, KnownBody
 from mcdas_opt.domain.road import Road

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.catalogue.scenes import MotionPart
+from mcdas_opt.catalogue.neighbour_tables import MotionPart
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road

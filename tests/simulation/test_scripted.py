@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.catalogue.scenes import MotionPart
+from mcdas_opt.catalogue.neighbour_tables import MotionPart
 from mcdas_opt.domain.road import Road
 from mcdas_opt.simulation.scripted import LateralPiece, ScriptedMotion
 
