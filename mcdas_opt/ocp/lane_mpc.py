@@ -40,6 +40,7 @@ from mcdas_opt.solvers.stage_problem import Member, ProblemFamily, StageProblem
 
 CENTRE, STEERING_RATE_SHARE = "centre", "steering_rate_share"
 HEADWAY_HORIZON_S = 2.5  # of closing speed, kept free
+ROAD_MARGIN_M = 0.1  # from the edges to the body
 
 
 def _costs() -> tuple[Cost, ...]:
@@ -89,7 +90,7 @@ class LaneProblem:
 
     vehicle: Vehicle
     neighbours: int
-    road_margin_m: float = 0.1
+    road_margin_m: float = ROAD_MARGIN_M
     limit_margin: float = 0.995
     costs: tuple[Cost, ...] = field(default_factory=_costs)
     free_weights: bool = False  # the weights are parameters of every node, `weight_<cost>`: one compiled problem for all of them

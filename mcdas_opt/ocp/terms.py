@@ -13,6 +13,8 @@ from typing import Any, Protocol
 from mcdas_opt.dynamics.bicycle import lateral_acceleration, swept_inset_m2
 from mcdas_opt.dynamics.sigmoid import hump, renormalised
 
+_NARROWEST = 0.1  # of 1 - d kappa, on a road
+
 
 class CarSizes(Protocol):
     """What the terms know of a vehicle [m], in numbers or in symbols."""
@@ -58,27 +60,30 @@ class Stage:
         return 0.5 * self.vehicle.length_m
 
     @property
+    def sine(self) -> Any:
+        """|sin psi|, smooth at psi = 0."""
+        return self.m.sqrt(self.m.sin(self.psi) ** 2 + 1e-4) - 1e-2
+
+    @property
     def half_across(self) -> Any:
-        """Half the width that the turned body takes across the road, smooth at psi = 0."""
-        m = self.m
-        sine = m.sqrt(m.sin(self.psi) ** 2 + 1e-4) - 1e-2
-        return 0.5 * (self.vehicle.width_m * m.cos(self.psi) + self.vehicle.length_m * sine)
+        """Half the width that the turned body takes across the road."""
+        return 0.5 * (self.vehicle.width_m * self.m.cos(self.psi) + self.vehicle.length_m * self.sine)
 
     @property
     def reach(self) -> tuple[Any, Any]:
-        """How far the turned body reaches to the left and to the right of its centre's d. In a bend its ends lie further out than on the
-        tangent, by kappa x^2 / 2 at x from the middle; on the inside the flank's nearest point counts, which is an end only where it is
-        turned out of the bend far enough."""
-        m, length = self.m, self.vehicle.length_m
-        sine = m.sqrt(m.sin(self.psi) ** 2 + 1e-4) - 1e-2
+        """How far the turned body reaches to the left and to the right of its centre's d, across a road that bends as it does there: its
+        outermost corner on the outside; on the inside the flank's nearest point, which is a corner only where it is turned out of the bend
+        far enough."""
+        m, sine, across = self.m, self.sine, self.half_across
+        along = 0.5 * (self.vehicle.length_m * m.cos(self.psi) - self.vehicle.width_m * sine)
 
-        def to(inwards: Any) -> Any:
-            bow = m.fmax(inwards, 0.0)
-            ends = sine - inwards + m.fmax(2.0 * bow - sine, 0.0) ** 2 / (4.0 * bow + 1e-3)
-            return 0.5 * (self.vehicle.width_m * m.cos(self.psi) + length * ends)
+        def to(inwards: Any, d: Any) -> Any:
+            narrowed = m.fmax(1.0 - inwards * (d + across), _NARROWEST)
+            bow = inwards * along / (narrowed + m.sqrt(narrowed**2 + (inwards * along) ** 2))
+            inner = m.fmax(bow, 0.0)
+            return across - along * bow + along * m.fmax(2.0 * inner - sine, 0.0) ** 2 / (4.0 * inner + 1e-3)
 
-        bend = 0.25 * length * self.kappa
-        return to(bend), to(-bend)
+        return to(self.kappa, self.d), to(-self.kappa, -self.d)
 
 
 class Cost(Protocol):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -31,6 +32,12 @@ VEHICLE = Vehicle()
 PROBLEM = LaneProblem(vehicle=VEHICLE, neighbours=2).stage_problem()
 DEAREST = 1e3  # what is left of a constraint that cannot be met costs more than this
 NAMES = LaneParameters(names=PROBLEM.parameters)
+
+
+class _Sizes(NamedTuple):
+    wheelbase_m: float
+    length_m: float
+    width_m: float
 
 
 def _posed(seed: int):
@@ -68,18 +75,28 @@ def test_reference_is_the_offset_path(v: float, offset: float, side: float, s: f
     assert float(reference_d(stage, s)) == pytest.approx(float(path.d(s)), abs=1e-9)
 
 
-@given(radius=st.floats(6.0, 2000.0), left=st.booleans(), psi=st.floats(-0.35, 0.35))
-def test_the_reach_in_a_bend_is_that_of_the_body(radius: float, left: bool, psi: float) -> None:
-    """Against the body's outline in the plane: never short of it by what the margin to the edge does not cover."""
-    kappa, half_length, half_width = (1.0 if left else -1.0) / radius, 0.5 * VEHICLE.length_m, 0.5 * VEHICLE.width_m
-    x = np.tile(np.linspace(-half_length, half_length, 101), 2)
-    y = np.repeat([half_width, -half_width], 101)
-    aside = np.hypot(np.cos(psi) * x - np.sin(psi) * y, np.sin(psi) * x + np.cos(psi) * y - 1.0 / kappa)
-    d = 1.0 / kappa - np.copysign(aside, kappa)
+@given(
+    radius=st.floats(4.5, 2000.0),
+    left=st.booleans(),
+    psi=st.floats(-0.4, 0.4),
+    d=st.floats(-1.0, 1.0),
+    length_m=st.floats(3.5, 12.0),
+    width_m=st.floats(1.6, 2.55),
+)
+def test_the_reach_in_a_bend_is_that_of_the_body(
+    radius: float, left: bool, psi: float, d: float, length_m: float, width_m: float
+) -> None:
+    """Against the body's outline in the plane: short of it by no more than its ends are rounded."""
+    radius = max(radius, 0.9 * length_m)
+    kappa, sizes = (1.0 if left else -1.0) / radius, _Sizes(VEHICLE.wheelbase_m, length_m, width_m)
+    x = np.tile(np.linspace(-0.5 * length_m, 0.5 * length_m, 201), 2)
+    y = np.repeat([0.5 * width_m, -0.5 * width_m], 201)
+    aside = np.hypot(np.cos(psi) * x - np.sin(psi) * y, np.sin(psi) * x + np.cos(psi) * y + d - 1.0 / kappa)
+    offset = 1.0 / kappa - np.copysign(aside, kappa) - d
     p = {"kappa": kappa, "kappa_slope": 0.0, "kappa_s": 0.0}
-    stage = Stage(s=3, d=0, psi=psi, v=5, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE, centre=VEHICLE.centre_m)
-    for reach, outline in zip(stage.reach, (d.max(), -d.min()), strict=True):
-        assert -LaneProblem(vehicle=VEHICLE, neighbours=0).road_margin_m < reach - outline < 0.2
+    stage = Stage(s=3, d=d, psi=psi, v=5, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=sizes, centre=VEHICLE.centre_m)
+    for reach, outline in zip(stage.reach, (offset.max(), -offset.min()), strict=True):
+        assert -0.0055 * length_m < reach - outline < 0.02
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -12,7 +12,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
+from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S, ROAD_MARGIN_M, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Driven, Proposed, Refused
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_problem.lane_parameters import (
@@ -26,6 +26,7 @@ from mcdas_opt.planning.lane_problem.lane_parameters import (
 )
 from mcdas_opt.planning.lane_problem.mirror import is_mirrored, mirrored_guess, mirrored_inputs, mirrored_states
 from mcdas_opt.planning.lane_problem.roll_out import roll_out, within_reach
+from mcdas_opt.planning.lane_problem.tight_bends import given_up_m
 from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProblem, TranscribedProblems
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.planning.traffic.reach import Room, in_reach
@@ -250,8 +251,12 @@ class LaneMpcSolver:
         values = proposal_values(situation, cycle.vehicle, scene.others, proposed, times_s, guess_s, cycle.front_gap.headway, comfort)
         if len(scene.others) > scene.transcribed.slots:
             values |= nearest_values(scene.others, scene.transcribed.slots, proposed, guess_s)
-        values["left_edge"] -= self.settings.edge_reserve_m
-        values["right_edge"] += self.settings.edge_reserve_m
+        reserve_m: Array | float = self.settings.edge_reserve_m
+        if not situation.road.is_straight:
+            width_m, asked_m = values["left_edge"] - values["right_edge"], reserve_m + ROAD_MARGIN_M
+            reserve_m = reserve_m - given_up_m(situation.road, guess_s, width_m, asked_m, cycle.vehicle)
+        values["left_edge"] = values["left_edge"] - reserve_m
+        values["right_edge"] = values["right_edge"] + reserve_m
         scene.transcribed.parameters.fill(p, values)
         return p
 
