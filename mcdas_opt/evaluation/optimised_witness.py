@@ -20,6 +20,7 @@ from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.ocp.lane_mpc import FAR_M, LaneParameters
 from mcdas_opt.ocp.side_constrained_lane import SideConstrainedLaneProblem
+from mcdas_opt.ocp.terms import BODY_BEND
 from mcdas_opt.planning.lane_problem.roll_out import roll_out
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.stage_problem import StageGuess
@@ -75,9 +76,7 @@ def _solved(
     engine = _engine(vehicle)
     problem = engine.problem
     fixed = {
-        "kappa": 0.0,
-        "kappa_slope": 0.0,
-        "kappa_s": 0.0,
+        **dict.fromkeys(BODY_BEND, 0.0),
         "grip": road.grip_mps2,
         "left_edge": road.left_edge_m,
         "right_edge": road.right_edge_m,

@@ -60,30 +60,39 @@ class Stage:
         return 0.5 * self.vehicle.length_m
 
     @property
-    def sine(self) -> Any:
-        """|sin psi|, smooth at psi = 0."""
-        return self.m.sqrt(self.m.sin(self.psi) ** 2 + 1e-4) - 1e-2
-
-    @property
     def half_across(self) -> Any:
         """Half the width that the turned body takes across the road."""
-        return 0.5 * (self.vehicle.width_m * self.m.cos(self.psi) + self.vehicle.length_m * self.sine)
+        return 0.5 * (self.vehicle.width_m * self.m.cos(self.psi) + self.vehicle.length_m * smooth_magnitude(self.m.sin(self.psi), self.m))
 
     @property
     def reach(self) -> tuple[Any, Any]:
-        """How far the turned body reaches to the left and to the right of its centre's d, across a road that bends as it does there: its
-        outermost corner on the outside; on the inside the flank's nearest point, which is a corner only where it is turned out of the bend
-        far enough."""
-        m, sine, across = self.m, self.sine, self.half_across
-        along = 0.5 * (self.vehicle.length_m * m.cos(self.psi) - self.vehicle.width_m * sine)
+        """How far the turned body reaches to the left and to the right of its centre's d across a road that bends, to its nose and to its
+        tail each as `kappa_nose` and `kappa_tail` say: to the corner that is further out; where both lie off a flank's middle to the
+        outside, to the flank between them."""
+        m, p, length, width = self.m, self.p, self.vehicle.length_m, self.vehicle.width_m
+        cosine, change = m.cos(self.psi), p["kappa_slope"] * (self.s - p["kappa_s"])
 
-        def to(inwards: Any, d: Any) -> Any:
-            narrowed = m.fmax(1.0 - inwards * (d + across), _NARROWEST)
-            bow = inwards * along / (narrowed + m.sqrt(narrowed**2 + (inwards * along) ** 2))
-            inner = m.fmax(bow, 0.0)
-            return across - along * bow + along * m.fmax(2.0 * inner - sine, 0.0) ** 2 / (4.0 * inner + 1e-3)
+        def off_tangent(kappa: Any, x: Any, y: Any, d: Any) -> Any:
+            narrowed = m.fmax(1.0 - kappa * (d + y), _NARROWEST)
+            return kappa * x**2 / (narrowed + m.sqrt(narrowed**2 + (kappa * x) ** 2))
 
-        return to(self.kappa, self.d), to(-self.kappa, -self.d)
+        def to(side: float) -> Any:
+            sine, d = side * m.sin(self.psi), side * self.d
+            along, across = 0.5 * (length * cosine - width * sine), 0.5 * (width * cosine + length * sine)
+            nose = off_tangent(side * (p["kappa_nose"] + change), along, across, d)
+            along, across = 0.5 * (length * cosine + width * sine), 0.5 * (width * cosine - length * sine)
+            tail = off_tangent(side * (p["kappa_tail"] + change), along, across, d)
+            turned = smooth_magnitude(sine + (tail - nose) / length, m)
+            bow = m.fmax(0.5 * (nose + tail), 0.0)
+            flank = m.fmax(2.0 * bow - 0.5 * length * turned, 0.0) ** 2 / (4.0 * bow + 1e-3)
+            return 0.5 * (width * cosine + length * turned) - 0.5 * (nose + tail) + flank
+
+        return to(1.0), to(-1.0)
+
+
+def smooth_magnitude(value: Any, m: Any) -> Any:
+    """|value|, rounded at 0 and less by up to 0.01."""
+    return m.sqrt(value**2 + 1e-4) - 1e-2
 
 
 class Cost(Protocol):
@@ -113,6 +122,7 @@ class Constraint(Protocol):
 
 
 BEND = ("kappa", "kappa_slope", "kappa_s")
+BODY_BEND = (*BEND, "kappa_nose", "kappa_tail")
 REFERENCE = (
     "ref_start_s",
     "ref_start_d",
@@ -242,7 +252,7 @@ class RoadEdges:
     margin: float
     name: str = "road edge [m]"
     slack: str = "road"
-    parameters: Sequence[str] = ("left_edge", "right_edge", *BEND)
+    parameters: Sequence[str] = ("left_edge", "right_edge", *BODY_BEND)
 
     def rows(self, stage: Stage) -> list[Any]:
         left, right = (reach + self.margin for reach in stage.reach)
@@ -256,7 +266,7 @@ class SlopingRoadEdges:
     margin: float
     name: str = "road edge [m]"
     slack: str = "road"
-    parameters: Sequence[str] = ("left_edge", "right_edge", "left_slope", "right_slope", "edge_s", *BEND)
+    parameters: Sequence[str] = ("left_edge", "right_edge", "left_slope", "right_slope", "edge_s", *BODY_BEND)
 
     def rows(self, stage: Stage) -> list[Any]:
         p, on = stage.p, stage.s - stage.p["edge_s"]

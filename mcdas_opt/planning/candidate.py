@@ -89,9 +89,11 @@ class Checked:
     @property
     def refusal(self) -> str:
         """Why it may not leave as a plan; empty where it may."""
-        if self.departure is not Side.NONE:
-            return f"leaves its lane to the {self.departure.value}{'' if self.departure_is_watched else ', where nobody watches'}"
-        return "" if self.verdict.passed else self.verdict.reason
+        if not self.verdict.passed:
+            return self.verdict.reason
+        if self.departure is Side.NONE:
+            return ""
+        return f"leaves its lane to the {self.departure.value}{'' if self.departure_is_watched else ', where nobody watches'}"
 
     @property
     def driven_mode(self) -> Mode:

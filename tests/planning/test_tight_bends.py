@@ -15,7 +15,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
-from mcdas_opt.planning.lane_problem.tight_bends import given_up_m
+from mcdas_opt.planning.lane_problem.bends import given_up_m
 from mcdas_opt.planning.planner import Planner
 
 VEHICLE, ASKED_M = Vehicle(), 0.1
@@ -60,3 +60,10 @@ def test_what_is_given_up_is_bounded_and_no_more_than_must_be(kappa: float, widt
     assert np.all((given_up >= 0.0) & (given_up < ASKED_M))
     assert np.all(wider <= given_up)
     assert np.all(given_up[s < 20.0 - VEHICLE.length_m] < 1e-3), "straight on nothing is"
+
+
+def test_a_host_that_stands_before_a_bend_that_is_too_tight_says_so() -> None:
+    hosts, plans = driven(bend(1.0 / 12.0, 2.25), 14.0)
+    assert hosts[-1].speed_mps < 0.1
+    assert "takes 2.30 m of a road of 2.25 m" in plans[-1].reason
+    assert not any("takes" in plan.reason for plan in driven(bend(1.0 / 12.0, 2.6), 14.0)[1])

@@ -82,7 +82,7 @@ def mirrored(q):
     names = list(PROBLEM.parameters)
     p = q.p.copy()
     for i, name in enumerate(names):
-        odd = name in ("kappa", "kappa_slope", "ref_start_d", "ref_amplitude", "ref_bend") or (
+        odd = name in ("kappa", "kappa_slope", "kappa_nose", "kappa_tail", "ref_start_d", "ref_amplitude", "ref_bend") or (
             name.startswith("body") and name.endswith("_d")
         )
         if odd:

@@ -22,7 +22,9 @@ from mcdas_opt.solvers.stage_problem import StageProblem
 MEANINGS = {
     "kappa": "the road's curvature at kappa_s, left positive [1/m]",
     "kappa_slope": "its change along the road [1/m^2]",
-    "kappa_s": "where along the road both hold: the s that is guessed for the node [m]",
+    "kappa_nose": "its mean from kappa_s to the nose, half a car further on, as it bends the road there [1/m]",
+    "kappa_tail": "the same to the tail [1/m]",
+    "kappa_s": "where along the road these hold: the s that is guessed for the node [m]",
     "ref_start_s": "s where the path to follow begins to steer out [m]",
     "ref_start_d": "d of that path before [m]",
     "ref_amplitude": "how far it goes aside, left positive [m]",

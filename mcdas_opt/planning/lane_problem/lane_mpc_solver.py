@@ -15,6 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S, ROAD_MARGIN_M, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Driven, Proposed, Refused
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lane_problem.bends import given_up_m
 from mcdas_opt.planning.lane_problem.lane_parameters import (
     ObstacleSlots,
     guessed_states,
@@ -26,7 +27,6 @@ from mcdas_opt.planning.lane_problem.lane_parameters import (
 )
 from mcdas_opt.planning.lane_problem.mirror import is_mirrored, mirrored_guess, mirrored_inputs, mirrored_states
 from mcdas_opt.planning.lane_problem.roll_out import roll_out, within_reach
-from mcdas_opt.planning.lane_problem.tight_bends import given_up_m
 from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProblem, TranscribedProblems
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.planning.traffic.reach import Room, in_reach
@@ -251,12 +251,13 @@ class LaneMpcSolver:
         values = proposal_values(situation, cycle.vehicle, scene.others, proposed, times_s, guess_s, cycle.front_gap.headway, comfort)
         if len(scene.others) > scene.transcribed.slots:
             values |= nearest_values(scene.others, scene.transcribed.slots, proposed, guess_s)
-        reserve_m: Array | float = self.settings.edge_reserve_m
+        reserve_m = self.settings.edge_reserve_m
+        given_m: Array | float = 0.0
         if not situation.road.is_straight:
-            width_m, asked_m = values["left_edge"] - values["right_edge"], reserve_m + ROAD_MARGIN_M
-            reserve_m = reserve_m - given_up_m(situation.road, guess_s, width_m, asked_m, cycle.vehicle)
-        values["left_edge"] = values["left_edge"] - reserve_m
-        values["right_edge"] = values["right_edge"] + reserve_m
+            width_m = values["left_edge"] - values["right_edge"]
+            given_m = given_up_m(situation.road, guess_s, width_m, reserve_m + ROAD_MARGIN_M, cycle.vehicle)
+        values["left_edge"] = values["left_edge"] - reserve_m + given_m
+        values["right_edge"] = values["right_edge"] + reserve_m - given_m
         scene.transcribed.parameters.fill(p, values)
         return p
 

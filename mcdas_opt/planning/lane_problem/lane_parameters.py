@@ -22,6 +22,7 @@ from mcdas_opt.dynamics.axle_limits import AxleLimits, driving_mps2
 from mcdas_opt.ocp.lane_mpc import CENTRE, FAR_M, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.front.headway import asked_time_gap_s
+from mcdas_opt.planning.lane_problem.bends import mean_curvature
 from mcdas_opt.planning.lane_problem.grown_bodies import grown_bodies
 from mcdas_opt.situation.passed_in_lane import INTRUSION_M, Passed
 
@@ -145,6 +146,8 @@ def proposal_values(
     return {
         "kappa": road.curvature_at(guess_s) if bent else 0.0,
         "kappa_slope": (road.curvature_at(guess_s + 1.0) - road.curvature_at(guess_s - 1.0)) / 2.0 if bent else 0.0,
+        "kappa_nose": mean_curvature(road, guess_s, 0.5 * vehicle.length_m) if bent else 0.0,
+        "kappa_tail": mean_curvature(road, guess_s, -0.5 * vehicle.length_m) if bent else 0.0,
         "kappa_s": guess_s,
         "ref_start_s": path.start_s_m,
         "ref_start_d": path.start_d_m,

@@ -20,7 +20,7 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 
 _ODD_STATES = np.array([1.0, -1.0, -1.0, 1.0, 1.0, -1.0])  # s, d, psi, v, a, delta
 _ODD_INPUTS = np.array([1.0, -1.0])  # jerk, steering rate
-_ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "ref_start_d", "ref_amplitude", "ref_bend"})
+_ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "kappa_nose", "kappa_tail", "ref_start_d", "ref_amplitude", "ref_bend"})
 _NOTHING = 1e-9
 
 

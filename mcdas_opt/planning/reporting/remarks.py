@@ -5,6 +5,7 @@ from __future__ import annotations
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import Ended
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lane_problem.bends import too_tight_bend
 from mcdas_opt.planning.lanes.required_lane import RequiredLane
 from mcdas_opt.planning.proposals.brake_for_bend import BRAKE_FOR_BEND
 from mcdas_opt.planning.proposals.keep_lane import BRAKE
@@ -12,6 +13,7 @@ from mcdas_opt.planning.proposals.unwatched import unwatched
 from mcdas_opt.situation.attentive_followers import waits_at_a_line
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
+_CREEPING_MPS = 1.0
 
 
 def remarks(cycle: Cycle, best: Ended, *, is_comparison: bool) -> str:
@@ -24,6 +26,7 @@ def remarks(cycle: Cycle, best: Ended, *, is_comparison: bool) -> str:
         + _haste(best, cycle)
         + _stop(best, cycle)
         + _bend(best)
+        + _too_tight(cycle)
     )
 
 
@@ -77,6 +80,18 @@ def _stop(best: Ended, cycle: Cycle) -> str:
 
 def _bend(best: Ended) -> str:
     return "; brakes harder than is comfortable: the bend ahead is too tight for its speed" if best.proposed.name == BRAKE_FOR_BEND else ""
+
+
+def _too_tight(cycle: Cycle) -> str:
+    """Said where a host does not go on before a bend that is too tight for its body."""
+    host = cycle.situation.host
+    if host.speed_mps >= _CREEPING_MPS or cycle.situation.wanted_speed_mps < _CREEPING_MPS:
+        return ""
+    found = too_tight_bend(cycle.situation.road, host.s_m, cycle.vehicle)
+    if found is None:
+        return ""
+    way_m, taken_m, width_m = found
+    return f"; the bend {f'in {way_m:.0f} m' if way_m >= 0.5 else 'here'} takes {taken_m:.2f} m of a road of {width_m:.2f} m"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:
