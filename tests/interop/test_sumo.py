@@ -16,7 +16,6 @@ import pytest
 from typer.testing import CliRunner
 
 from mcdas_opt.baselines.lane import SteadyLaw, judged
-from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.cli.app import app
 from mcdas_opt.cli.sumo import seeds_of
 from mcdas_opt.domain.plan import Plan
@@ -36,21 +35,12 @@ from mcdas_opt.interop.sumo.route import Edge, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments
 from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot, instant
+from tests.interop.sumo_configuration import NETS, configuration
 
 libsumo = pytest.importorskip("libsumo")
 
-NETS = models_folder() / "sumo"
 MOTORWAY = ("start", "merging", "bend", "narrow", "wide")
 BENDS = ("first", "left", "right", "sharp", "back", "last")
-
-
-def configuration(folder: Path, routes: str, net: str = "bends", end_s: float = 60.0) -> Path:
-    """A configuration of our own on a shipped network."""
-    (folder / "own.rou.xml").write_text(f"<routes>{routes}</routes>", "utf-8")
-    text = (NETS / f"{net}.sumocfg").read_text("utf-8").replace(f'"{net}.net.xml"', f'"{NETS / net}.net.xml"')
-    text = text.replace(f"{net}.rou.xml", "own.rou.xml").replace('<end value="600"/>', f'<end value="{end_s:g}"/><route-steps value="1"/>')
-    (folder / "own.sumocfg").write_text(text, "utf-8")
-    return folder / "own.sumocfg"
 
 
 def mirrored(folder: Path, routes: str) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +18,10 @@ from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.sumo.connection import Connection, started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, sumo_config, wait_for
+from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.interop.sumo.road_line import line_along
+from mcdas_opt.interop.sumo.route import OncomingLane, read_route
+from tests.interop.sumo_configuration import configuration
 
 pytest.importorskip("libsumo")
 
@@ -148,3 +152,54 @@ def test_who_crosses_has_a_heading_and_who_rides_a_bicycle_is_known() -> None:
     )  # a bend stretches speeds along the road, so that they do not show where a body points
     assert driver.plan is not None
     assert driver.plan.status is Status.PLANNED
+
+
+def test_lanes_of_oncoming_traffic_lie_where_the_network_has_them() -> None:
+    route = ("west-a", "a-b", "b-c3", "c3-c0", "c0-c1", "c1-c2", "c2-d", "d-a", "a-south")
+    with started(TOWN, 1) as sumo:
+        edges = read_route(sumo, route, 0, "passenger")
+        frame = RoadFrame(sumo.lane, edges, 0, 0.9)
+        theirs = np.array(sumo.lane.getShape("b-a_0"))[:, :2]
+    one_way = {"c3-c0", "c0-c1", "c1-c2"}  # the roundabout's
+    assert {edge.id: edge.oncoming for edge in edges} == {name: None if name in one_way else OncomingLane(1, 3.2) for name in route}
+    section = frame.sections[1]
+    for s in np.linspace(section.begin_m + 10.0, section.end_m - 10.0, 8).tolist():
+        road = frame.road_at(s)
+        assert [lane.oncoming for lane in road.lanes] == [False, True]
+        assert road.lane_width_at(1, s) == pytest.approx(3.2)
+        x, y, _ = frame.to_plane(s, road.lane_centre_m(1, s), 0.0)
+        way, to = np.diff(theirs, axis=0), np.array([x, y]) - theirs[:-1]
+        assert np.abs(way[:, 0] * to[:, 1] - way[:, 1] * to[:, 0]).min() / np.hypot(*way.T).max() < 0.3
+    for s in (frame.sections[3].begin_m + 5.0, section.begin_m - 3.0):  # on the roundabout, and in the junction
+        assert float(frame.road_at(s).left_edge_at(s)) < 2.2
+
+
+def test_who_cycles_in_the_middle_of_the_lane_is_passed_over_the_line(tmp_path: Path) -> None:
+    """Nobody comes: the car followed him at his speed to the end of the street."""
+    routes = """<vType id="car" length="4.5" width="1.8" accel="2.6" sigma="0"/>
+        <vType id="cyclist" vClass="bicycle" length="1.8" width="0.6" maxSpeed="3.5" latAlignment="-0.9"/>
+        <route id="along" edges="west-a a-b b-right"/>
+        <vehicle id="cyclist" type="cyclist" route="along" depart="0" departPos="60" departSpeed="3"/>
+        <vehicle id="ego" type="car" route="along" depart="0.5" departPos="10" departSpeed="8"/>"""
+    config = configuration(tmp_path, routes, "town")
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        driver, said = SumoDriver(sumo, "ego"), []
+        for _ in range(160):
+            assert driver.step()
+            said.append("" if driver.plan is None else driver.plan.reason)
+        cyclist_m = float(frame_s(driver, sumo, "cyclist"))
+    host = driver.snapshots[-1].host
+    assert host.s_m > cyclist_m + 20.0
+    assert abs(host.d_m) < 0.3
+    assert max(snapshot.host.d_m for snapshot in driver.snapshots) > 0.8
+    assert any("passes cyclist" in reason for reason in said)
+    assert not driver.contacts
+    assert (driver.summary.fallbacks, driver.summary.unavoidable) == (0, 0)
+
+
+def frame_s(driver: SumoDriver, sumo: Connection, name: str) -> float:
+    """Where somebody is along the road."""
+    x, y = sumo.vehicle.getPosition3D(name)[:2]
+    s, _, _ = driver.frame.to_road(np.array([x]), np.array([y]), np.zeros(1))
+    return float(s[0])

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 
@@ -117,14 +118,17 @@ class RoadFrame:
         first = max(bisect_right(self._begins, low) - 1, 0)
         there = range(first, max(bisect_right(self._begins, high), first + 1))
         columns = {column for k in there for column in self.sections[k].edge.columns} | {self.base}
+        oncoming = self._oncoming(columns, there)
+        lanes = [self._lane(column, there) for column in range(min(columns), max(columns) + 1)]
+        beside = [lane.lane for lane in oncoming]
         return Road(
             lane_width_m=self.lane_width_m,
-            lanes_left=max(columns) - self.base,
-            lanes_right=self.base - min(columns),
+            lanes_left=max([max(columns) - self.base, *beside]),
+            lanes_right=-min([min(columns) - self.base, *beside]),
             friction=self._friction,
             speed_limit_mps=max(lane.limit_mps for k in there for lane in self.sections[k].edge.lanes),
             curvature=tuple(zip(s, kappa, strict=True)) if any(kappa) else ((0.0, 0.0),),
-            lanes=tuple(self._lane(column, there) for column in range(min(columns), max(columns) + 1)),
+            lanes=tuple(sorted([*lanes, *oncoming], key=attrgetter("lane"))),
         )
 
     def _lane(self, column: int, there: range) -> Lane:
@@ -162,6 +166,17 @@ class RoadFrame:
             closed_m=_joined(closed),
             merges=merges if own and closed else Side.NONE,
         )
+
+    def _oncoming(self, columns: Container[int], there: range) -> list[Lane]:
+        """The lanes of oncoming traffic beside the innermost column of these sections, each along the edges that have one there."""
+        widths: dict[int, list[tuple[float, float]]] = {}
+        for k in there:
+            section, beside = self.sections[k], self.sections[k].edge.oncoming
+            if beside is not None and beside.column not in columns and section.end_m - self._begins[k] > 2.0 * _WIDENS_M:
+                ends = (self._begins[k], self._begins[k] + _WIDENS_M, section.end_m - _WIDENS_M, section.end_m)
+                widths.setdefault(beside.column, []).extend(zip(ends, (0.0, beside.width_m, beside.width_m, 0.0), strict=True))
+        outermost = [column for column in widths if column - 1 in columns or column + 1 in columns]
+        return [Lane(lane=column - self.base, width_m=tuple(widths[column]), oncoming=True) for column in outermost]
 
     def _leads_on_left(self, k: int, column: int) -> bool:
         """Whether the nearest lane that goes on from a section lies to the left of that column."""

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.sumo.connection import Connection, LaneDomain
+
+_EVERY_M, _NEAR_M = 4.0, 8.0
+_BESIDE_M, _OPPOSED, _MOST = 0.4, 0.9, 0.7  # how a lane of oncoming traffic lies beside another, and for how much of its way
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,12 +31,21 @@ class Lane:
     via: str
 
 
+class OncomingLane(NamedTuple):
+    """The column that it would have, and its width [m]."""
+
+    column: int
+    width_m: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Edge:
-    """One edge of the route with its usable lanes, from right to left, nothing missing in between."""
+    """One edge of the route with its usable lanes, from right to left, nothing missing in between; `oncoming`, if there is one, is the lane
+    of oncoming traffic beside the innermost."""
 
     id: str
     lanes: tuple[Lane, ...]
+    oncoming: OncomingLane | None = None
 
     @property
     def columns(self) -> range:
@@ -50,7 +64,7 @@ def keeps_left(sumo: Connection, route: Sequence[str]) -> bool:
     lane 0. False where no edge of the route has two lanes."""
     for name in route:
         if sumo.edge.getLaneNumber(name) > 1:
-            outer, inner = (np.asarray(sumo.lane.getShape(f"{name}_{i}"), dtype=np.float64)[:, :2] for i in (0, 1))
+            outer, inner = (_shape(sumo.lane, f"{name}_{i}") for i in (0, 1))
             way, beside = outer[1] - outer[0], inner[0] - outer[0]
             return bool(way[0] * beside[1] < way[1] * beside[0])
     return False
@@ -64,6 +78,8 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
     found: list[Edge] = []
     to_left = -1 if keeps_left(sumo, route) else 1  # of the column, from one index to the next
     offset = -to_left * lane_index
+    others = [lane for lane in sumo.lane.getIDList() if not lane.startswith(":") and _may_use(sumo.lane, lane, vehicle_class)]
+    shapes = {lane: _shape(sumo.lane, lane) for lane in others}
     for k, name in enumerate(route):
         last = k + 1 == len(route)
         links = {i: _links(sumo.lane, f"{name}_{i}", None if last else route[k + 1]) for i in range(sumo.edge.getLaneNumber(name))}
@@ -71,7 +87,7 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
             Lane(
                 id=f"{name}_{i}",
                 column=to_left * i + offset,
-                shape=np.asarray(sumo.lane.getShape(f"{name}_{i}"), dtype=np.float64)[:, :2],
+                shape=_shape(sumo.lane, f"{name}_{i}"),
                 width_m=float(sumo.lane.getWidth(f"{name}_{i}")),
                 limit_mps=float(sumo.lane.getMaxSpeed(f"{name}_{i}")),
                 goes_on=last or bool(ahead),
@@ -82,7 +98,8 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
         ]
         if not lanes:
             raise InputError("SUMO network", name, None, f"has no lane for a {vehicle_class}")
-        found.append(Edge(id=name, lanes=_together(lanes)))
+        usable = _together(lanes)
+        found.append(Edge(id=name, lanes=usable, oncoming=_oncoming(usable, sumo.lane, shapes, to_left)))
         if last:
             break
         shifts = Counter(to_left * (i - to) + offset for i, ahead in links.items() for to, _ in ahead)
@@ -90,6 +107,51 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
             raise InputError("SUMO network", name, None, f"no lane leads from it to {route[k + 1]}")
         offset = shifts.most_common(1)[0][0]
     return tuple(found)
+
+
+def _shape(lanes: LaneDomain, lane: str) -> Array:
+    """(n, 2)."""
+    return np.asarray(lanes.getShape(lane), dtype=np.float64)[:, :2]
+
+
+def _oncoming(usable: Sequence[Lane], lanes: LaneDomain, shapes: Mapping[str, Array], to_left: int) -> OncomingLane | None:
+    """The lane that lies beside the innermost of these for most of its way, and leads back. Of one lane alone it is not known better which
+    side is the inner one."""
+    for side in (to_left, -to_left) if len(usable) == 1 else (to_left,):
+        inner = usable[-1] if side > 0 else usable[0]
+        for name, shape in shapes.items():
+            width_m = float(lanes.getWidth(name)) if _is_near(shape, inner.shape) else 0.0
+            if width_m > 0.0 and _leads_back_beside(shape, inner.shape, side * 0.5 * (inner.width_m + width_m)):
+                return OncomingLane(inner.column + side, width_m)
+    return None
+
+
+def _is_near(shape: Array, other: Array) -> bool:
+    """Whether the boxes around two polylines are."""
+    return bool(np.all(shape.min(axis=0) < other.max(axis=0) + _NEAR_M) and np.all(shape.max(axis=0) > other.min(axis=0) - _NEAR_M))
+
+
+def _leads_back_beside(shape: Array, other: Array, left_m: float) -> bool:
+    """Whether a polyline lies so far to the left of most of another, in the opposite direction."""
+    places, ways = _every(other)
+    theirs, back = _every(shape)
+    to_left = np.column_stack([-ways[:, 1], ways[:, 0]])
+    off = places[:, None] + left_m * to_left[:, None] - theirs
+    nearest = np.argmin(np.hypot(off[..., 0], off[..., 1]), axis=1)
+    off = off[np.arange(len(places)), nearest]
+    beside = (np.abs((off * to_left).sum(axis=1)) < _BESIDE_M) & (np.hypot(*off.T) < _EVERY_M)
+    return bool(np.mean(beside & ((back[nearest] * ways).sum(axis=1) < -_OPPOSED)) > _MOST)
+
+
+def _every(shape: Array) -> tuple[Array, Array]:
+    """Places along a polyline, and the way that it leads there (m, 2)."""
+    steps = np.diff(shape, axis=0)
+    lengths = np.hypot(*steps.T)
+    ends = np.concatenate([[0.0], np.cumsum(lengths)])
+    at = np.linspace(0.0, ends[-1], max(math.ceil(ends[-1] / _EVERY_M), 1) + 1)
+    k = np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(steps) - 1)
+    ways = steps[k] / np.maximum(lengths[k], 1e-9)[:, None]
+    return shape[k] + (at - ends[k])[:, None] * ways, ways
 
 
 def _links(lanes: LaneDomain, lane: str, following: str | None) -> list[tuple[int, str]]:
