@@ -31,7 +31,7 @@ from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
 from mcdas_opt.interop.sumo.record import Cause, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
-from mcdas_opt.interop.sumo.route import Edge, read_route
+from mcdas_opt.interop.sumo.route import Edge, OncomingLane, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments
 from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot, instant
@@ -147,6 +147,23 @@ def test_lanes_of_other_widths_and_a_base_that_ends_are_where_the_network_has_th
             assert frame.column_at(float(s[0]), float(d[0])) == lane.column
     ends = [frame.road_at(50.0).lane_ends_m(column - 2, 50.0, 1.8) for column in range(3)]
     assert ends == pytest.approx([100.0, 200.0, math.inf], abs=0.5)
+
+
+def test_a_lane_of_oncoming_traffic_ends_where_the_road_bends_tightly_around_it() -> None:
+    """An edge of two lanes that ends in a turn to the left, of 9.6 m around its right lane: the road would fold over itself."""
+    arc = np.linspace(-0.5 * np.pi, 0.0, 16)
+    lanes = []
+    for column in range(2):
+        radius_m = 9.6 - 3.2 * column
+        turn = np.column_stack([100.0 + radius_m * np.cos(arc), 9.6 + radius_m * np.sin(arc)])
+        shape = np.concatenate([[[0.0, 9.6 - radius_m]], turn])
+        lanes.append(RouteLane(id=f"a_{column}", column=column, shape=shape, width_m=3.2, limit_mps=13.9, goes_on=True, via=""))
+    edge = Edge(id="a", lanes=tuple(lanes), oncoming=OncomingLane(2, 3.2))
+    frame = RoadFrame(None, [edge], 0, 0.9)  # type: ignore[arg-type]  # no junctions to ask about
+    road = frame.road_at(50.0)
+    assert [lane.lane for lane in road.lanes if lane.oncoming] == [2]
+    assert road.lane_width_at(2, 50.0) == pytest.approx(3.2)
+    assert road.lane_width_at(2, frame.end_m - 6.0) == pytest.approx(0.0)
 
 
 def test_the_vehicle_is_where_the_plan_has_it_and_the_limit_is_kept(tmp_path: Path) -> None:

@@ -168,15 +168,27 @@ class RoadFrame:
         )
 
     def _oncoming(self, columns: Container[int], there: range) -> list[Lane]:
-        """The lanes of oncoming traffic beside the innermost column of these sections, each along the edges that have one there."""
+        """The lanes of oncoming traffic beside the innermost column of these sections, each along the edges that have one there, but for
+        where the road bends too tightly around it."""
         widths: dict[int, list[tuple[float, float]]] = {}
         for k in there:
-            section, beside = self.sections[k], self.sections[k].edge.oncoming
-            if beside is not None and beside.column not in columns and section.end_m - self._begins[k] > 2.0 * _WIDENS_M:
-                ends = (self._begins[k], self._begins[k] + _WIDENS_M, section.end_m - _WIDENS_M, section.end_m)
+            beside = self.sections[k].edge.oncoming
+            if beside is None or beside.column in columns:
+                continue
+            far_m = (abs(beside.column - self.base) - 0.5) * self.lane_width_m + beside.width_m
+            begin_m, end_m = self._gentle_stretch(self._begins[k], self.sections[k].end_m, math.copysign(far_m, beside.column - self.base))
+            if end_m - begin_m > 2.0 * _WIDENS_M:
+                ends = (begin_m, begin_m + _WIDENS_M, end_m - _WIDENS_M, end_m)
                 widths.setdefault(beside.column, []).extend(zip(ends, (0.0, beside.width_m, beside.width_m, 0.0), strict=True))
-        outermost = [column for column in widths if column - 1 in columns or column + 1 in columns]
-        return [Lane(lane=column - self.base, width_m=tuple(widths[column]), oncoming=True) for column in outermost]
+        innermost = [column for column in widths if column - 1 in columns or column + 1 in columns]
+        return [Lane(lane=column - self.base, width_m=tuple(widths[column]), oncoming=True) for column in innermost]
+
+    def _gentle_stretch(self, begin_m: float, end_m: float, d_m: float) -> tuple[float, float]:
+        """The longest part of a stretch of road along which a line at that offset keeps its distance from the centre of every bend."""
+        s = np.arange(begin_m, end_m, _SAMPLE_M)
+        tight = np.concatenate([[-1], np.flatnonzero(self._frame.road.curvature_at(s) * d_m * _UNFOLDED > 1.0), [s.size]])
+        k = int(np.argmax(np.diff(tight)))
+        return begin_m + float(tight[k] + 1) * _SAMPLE_M, begin_m + float(tight[k + 1] - 1) * _SAMPLE_M
 
     def _leads_on_left(self, k: int, column: int) -> bool:
         """Whether the nearest lane that goes on from a section lies to the left of that column."""
