@@ -15,7 +15,8 @@ from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.recorded import GONE_M
 
 SETTLED_M, SETTLED_RAD = 0.3, 0.03
-_CLOSING_MPS, _BESIDE_M = 0.05, 0.3
+_CLOSING_MPS = 0.05
+BESIDE_M = 0.3  # of who is no farther from the host's way may be met
 _LOOKS_S = 0.1
 
 
@@ -54,7 +55,7 @@ def times_to_collision(
     speed = v * np.cos(psi) / (1.0 - d * road.curvature_at(s))
     least = [np.inf, np.inf]
     for motion, (length, width) in zip(neighbours, sizes, strict=True):
-        sharing = np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m) + _BESIDE_M
+        sharing = np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m) + BESIDE_M
         gap = np.abs(motion.s_m - s) - 0.5 * (length + vehicle.length_m)
         ahead = motion.s_m > s
         closing = np.where(ahead, speed - motion.speed_s_mps, motion.speed_s_mps - speed)

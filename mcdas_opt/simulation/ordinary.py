@@ -16,6 +16,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.dynamics.car_following import iso_15622_limits
+from mcdas_opt.simulation.metrics import BESIDE_M
 from mcdas_opt.simulation.record import Simulation
 
 HEADWAYS_S = (0.3, 0.5, 0.8)  # ISO 15622 asks for at least 0.8 s
@@ -94,18 +95,19 @@ class Instant:
 
 
 def instant(time_s: float, host: Placed, others: Iterable[Placed]) -> Instant:
-    """Ahead in the host's lane is whose centre is in it, or whose body reaches over the host's width; behind whose centre is in it: who is
-    left behind in another lane follows no more."""
+    """Ahead in the host's lane is whose centre is in it, or whose body reaches over the host's width, but not who is beside its way by
+    `BESIDE_M`, as a cyclist whom it passes; behind whose centre is in it: who is left behind in another lane follows no more."""
     leader: Leader | None = None
     behind: tuple[float, str] | None = None
     accelerations = {}
     for other in others:
         accelerations[other.id] = other.acceleration_mps2
-        if other.lane != host.lane and abs(other.d_m - host.d_m) >= 0.5 * (other.width_m + host.width_m):
+        beside_m = abs(other.d_m - host.d_m) - 0.5 * (other.width_m + host.width_m)
+        if other.lane != host.lane and beside_m >= 0.0:
             continue
         gap = abs(other.s_m - host.s_m) - 0.5 * (other.length_m + host.length_m)
         if other.s_m > host.s_m:
-            if leader is None or gap < leader.gap_m:
+            if beside_m < BESIDE_M and (leader is None or gap < leader.gap_m):
                 leader = Leader(id=other.id, gap_m=gap, speed_mps=other.speed_mps)
         elif other.lane == host.lane and (behind is None or gap < behind[0]):
             behind = gap, other.id

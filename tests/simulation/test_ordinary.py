@@ -74,6 +74,9 @@ def test_in_the_lane_is_whose_centre_is_in_it_or_who_reaches_over() -> None:
     over, ahead = replace(beside, id="over", d_m=1.7), replace(host, id="ahead", s_m=30.0)
     assert instant(0.0, host, [beside, ahead]).leader == Leader(id="ahead", gap_m=26.0, speed_mps=20.0)
     assert instant(0.0, host, [over, ahead]).leader == Leader(id="over", gap_m=16.0, speed_mps=20.0)
+    cyclist = replace(host, id="cyclist", s_m=10.0, d_m=-1.3, width_m=0.6, length_m=2.0)
+    assert instant(0.0, host, [cyclist]).leader == Leader(id="cyclist", gap_m=7.0, speed_mps=20.0)
+    assert instant(0.0, replace(host, d_m=0.3), [cyclist, ahead]).leader == Leader(id="ahead", gap_m=26.0, speed_mps=20.0)
 
 
 def test_behind_is_whose_centre_is_in_the_lane_not_who_is_left_in_the_old_one() -> None:

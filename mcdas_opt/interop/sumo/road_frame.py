@@ -185,10 +185,10 @@ class RoadFrame:
 
     def _gentle_stretch(self, begin_m: float, end_m: float, d_m: float) -> tuple[float, float]:
         """The longest part of a stretch of road along which a line at that offset keeps its distance from the centre of every bend."""
-        s = np.arange(begin_m, end_m, _SAMPLE_M)
-        tight = np.concatenate([[-1], np.flatnonzero(self._frame.road.curvature_at(s) * d_m * _UNFOLDED > 1.0), [s.size]])
-        k = int(np.argmax(np.diff(tight)))
-        return begin_m + float(tight[k] + 1) * _SAMPLE_M, begin_m + float(tight[k + 1] - 1) * _SAMPLE_M
+        knots = np.array([(s, kappa) for s, kappa in self._knots if begin_m < s < end_m]).reshape(-1, 2)
+        ends = np.array([begin_m, *knots[_UNFOLDED * d_m * knots[:, 1] > 1.0, 0].tolist(), end_m])
+        k = int(np.argmax(np.diff(ends)))
+        return float(ends[k]), float(ends[k + 1])
 
     def _leads_on_left(self, k: int, column: int) -> bool:
         """Whether the nearest lane that goes on from a section lies to the left of that column."""
