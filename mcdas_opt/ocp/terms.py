@@ -73,6 +73,7 @@ class Stage:
         cosine, change = m.cos(self.psi), p["kappa_slope"] * (self.s - p["kappa_s"])
 
         def off_tangent(kappa: Any, x: Any, y: Any, d: Any) -> Any:
+            """How far a corner x ahead of the centre and y to its left lies from the tangent's d, on a circle."""
             narrowed = m.fmax(1.0 - kappa * (d + y), _NARROWEST)
             return kappa * x**2 / (narrowed + m.sqrt(narrowed**2 + (kappa * x) ** 2))
 

@@ -16,7 +16,7 @@ from mcdas_opt.simulation.recorded import GONE_M
 
 SETTLED_M, SETTLED_RAD = 0.3, 0.03
 _CLOSING_MPS = 0.05
-BESIDE_M = 0.3  # of who is no farther from the host's way may be met
+BESIDE_M = 0.3  # who is farther to the side of the host's way is not met
 _LOOKS_S = 0.1
 
 

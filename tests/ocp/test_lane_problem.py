@@ -10,16 +10,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.axle_limits import AxleLimits
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.ocp.lane_mpc import CENTRE, STEERING_RATE_SHARE, LaneParameters, LaneProblem
 from mcdas_opt.ocp.terms import BEND, AxleFriction, FrictionCircle, MovingBody, Stage, reference_d
 from mcdas_opt.planning.candidate import Driven
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lane_problem.bends import mean_curvature
 from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.proposals.evade import basic_four
 from mcdas_opt.planning.solver_settings import SolverSettings
@@ -95,6 +99,33 @@ def test_the_reach_in_a_bend_is_that_of_the_body(radius: float, left: bool, psi:
     stage = Stage(s=3, d=d, psi=psi, v=5, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=sizes, centre=VEHICLE.centre_m)
     for reach, outline in zip(stage.reach, (offset.max(), -offset.min()), strict=True):
         assert -0.008 * length_m < reach - outline < 0.02
+
+
+@given(
+    radius=st.floats(8.0, 200.0),
+    left=st.booleans(),
+    opens_m=st.floats(3.0, 30.0),
+    s=st.floats(15.0, 50.0),
+    psi=st.floats(-0.3, 0.3),
+    d=st.floats(-0.4, 0.4),
+)
+def test_the_reach_where_a_bend_begins_and_ends_is_that_of_the_body(
+    radius: float, left: bool, opens_m: float, s: float, psi: float, d: float
+) -> None:
+    """Against the body's outline, found back on the road."""
+    kappa = (1.0 if left else -1.0) / radius
+    ends = 20.0 + np.cumsum([0.0, opens_m, 12.0, opens_m])
+    road = Road(curvature=tuple(zip(ends.tolist(), (0.0, kappa, kappa, 0.0), strict=True)), lanes_left=0, lanes_right=0)
+    frame, at = FrenetFrame(road=road), np.array(s)
+    x, y, yaw = frame.to_plane(at, np.array(d), np.array(psi))
+    four, share = corners(x, y, yaw, VEHICLE.length_m, VEHICLE.width_m), np.linspace(0.0, 1.0, 21)[:, None]
+    outline = np.concatenate([four[i] * (1.0 - share) + four[(i + 1) % 4] * share for i in range(4)])
+    _, offset, _ = frame.to_road(outline[:, 0], outline[:, 1], np.zeros(len(outline)), guess_s_m=np.full(len(outline), s))
+    nose, tail = (float(mean_curvature(road, at, way * 0.5 * VEHICLE.length_m)) for way in (1.0, -1.0))
+    p = {"kappa": float(road.curvature_at(s)), "kappa_slope": 0.0, "kappa_s": s, "kappa_nose": nose, "kappa_tail": tail}
+    stage = Stage(s=s, d=d, psi=psi, v=5, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE, centre=VEHICLE.centre_m)
+    for reach, there in zip(stage.reach, (offset.max() - d, d - offset.min()), strict=True):
+        assert -0.06 < reach - there < 0.03
 
 
 @pytest.mark.parametrize("seed", range(4))
