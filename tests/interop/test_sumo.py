@@ -31,7 +31,7 @@ from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
 from mcdas_opt.interop.sumo.record import Cause, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
-from mcdas_opt.interop.sumo.route import Edge, OncomingLane, read_route
+from mcdas_opt.interop.sumo.route import Edge, OncomingLane, keeps_left, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments
 from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot, instant
@@ -43,15 +43,15 @@ MOTORWAY = ("start", "merging", "bend", "narrow", "wide")
 BENDS = ("first", "left", "right", "sharp", "back", "last")
 
 
-def mirrored(folder: Path, routes: str) -> Path:
+def mirrored(folder: Path, routes: str, net: str = "bends") -> Path:
     """The same configuration on the network's mirror image, whose traffic keeps left: every lane keeps its index."""
-    text = (NETS / "bends.net.xml").read_text("utf-8").replace("<net ", '<net lefthand="true" ')
+    text = (NETS / f"{net}.net.xml").read_text("utf-8").replace("<net ", '<net lefthand="true" ')
     text = re.sub(r"(?<=,)(-?)([0-9.]+)(?=[ \"])", lambda y: y[2] if y[1] else f"-{y[2]}", text)
     text = re.sub(r'(?<= y=")(-?)', lambda y: "" if y[1] else "-", text)
     (folder / "left.net.xml").write_text(text, "utf-8")
-    own = configuration(folder, routes)
+    own = configuration(folder, routes, net)
     left = own.with_name("left.sumocfg")
-    left.write_text(own.read_text("utf-8").replace(f"{NETS / 'bends'}", "left"), "utf-8")
+    left.write_text(own.read_text("utf-8").replace(f"{NETS / net}", "left"), "utf-8")
     return left
 
 
@@ -147,6 +147,16 @@ def test_lanes_of_other_widths_and_a_base_that_ends_are_where_the_network_has_th
             assert frame.column_at(float(s[0]), float(d[0])) == lane.column
     ends = [frame.road_at(50.0).lane_ends_m(column - 2, 50.0, 1.8) for column in range(3)]
     assert ends == pytest.approx([100.0, 200.0, math.inf], abs=0.5)
+
+
+def test_where_traffic_keeps_left_the_lane_of_oncoming_traffic_is_on_the_right(tmp_path: Path) -> None:
+    """Of a town without an edge of two lanes: that lane tells to which side traffic keeps."""
+    route = ("west-a", "a-b", "b-c3")
+    with started(mirrored(tmp_path, "", "town"), 1) as sumo:
+        assert keeps_left(sumo, route)
+        assert [edge.oncoming for edge in read_route(sumo, route, 0, "passenger")] == 3 * [OncomingLane(-1, 3.2)]
+    with started(NETS / "town.sumocfg", 1) as sumo:
+        assert not keeps_left(sumo, route)
 
 
 def test_a_lane_of_oncoming_traffic_ends_where_the_road_bends_tightly_around_it() -> None:

@@ -59,15 +59,18 @@ class Edge:
         return self.lanes[min(max(column, self.columns.start), self.columns.stop - 1) - self.columns.start]
 
 
-def keeps_left(sumo: Connection, route: Sequence[str]) -> bool:
+def keeps_left(sumo: Connection, route: Sequence[str], vehicle_class: str = "passenger") -> bool:
     """Whether the network's traffic keeps left. SUMO counts lanes from the side that traffic keeps to: lane 1 then lies to the right of
-    lane 0. False where no edge of the route has two lanes."""
+    lane 0. Where no edge of the route has two lanes, a lane of oncoming traffic tells; False where there is none either."""
     for name in route:
         if sumo.edge.getLaneNumber(name) > 1:
             outer, inner = (_shape(sumo.lane, f"{name}_{i}") for i in (0, 1))
             way, beside = outer[1] - outer[0], inner[0] - outer[0]
             return bool(way[0] * beside[1] < way[1] * beside[0])
-    return False
+    shapes = _shapes(sumo.lane, vehicle_class)
+    widths_m = ((_shape(sumo.lane, f"{name}_0"), float(sumo.lane.getWidth(f"{name}_0"))) for name in route)
+    sides = (next((side for side in (1, -1) if _width_beside_m(*one, side, sumo.lane, shapes)), 0) for one in widths_m)
+    return next((side < 0 for side in sides if side), False)
 
 
 def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_class: str) -> tuple[Edge, ...]:
@@ -76,10 +79,9 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
     Lanes beside the route's that others alone may use are left out. Raises `InputError` for a route that no lane goes along.
     """
     found: list[Edge] = []
-    to_left = -1 if keeps_left(sumo, route) else 1  # of the column, from one index to the next
+    to_left = -1 if keeps_left(sumo, route, vehicle_class) else 1  # of the column, from one index to the next
     offset = -to_left * lane_index
-    others = [lane for lane in sumo.lane.getIDList() if not lane.startswith(":") and _may_use(sumo.lane, lane, vehicle_class)]
-    shapes = {lane: _shape(sumo.lane, lane) for lane in others}
+    shapes = _shapes(sumo.lane, vehicle_class)
     for k, name in enumerate(route):
         last = k + 1 == len(route)
         links = {i: _links(sumo.lane, f"{name}_{i}", None if last else route[k + 1]) for i in range(sumo.edge.getLaneNumber(name))}
@@ -114,16 +116,27 @@ def _shape(lanes: LaneDomain, lane: str) -> Array:
     return np.asarray(lanes.getShape(lane), dtype=np.float64)[:, :2]
 
 
+def _shapes(lanes: LaneDomain, vehicle_class: str) -> dict[str, Array]:
+    """Of all lanes outside junctions that such vehicles may use."""
+    names = (name for name in lanes.getIDList() if not name.startswith(":") and _may_use(lanes, name, vehicle_class))
+    return {name: _shape(lanes, name) for name in names}
+
+
 def _oncoming(usable: Sequence[Lane], lanes: LaneDomain, shapes: Mapping[str, Array], to_left: int) -> OncomingLane | None:
-    """The lane that lies beside the innermost of these for most of its way, and leads back. Of one lane alone it is not known better which
-    side is the inner one."""
-    for side in (to_left, -to_left) if len(usable) == 1 else (to_left,):
-        inner = usable[-1] if side > 0 else usable[0]
-        for name, shape in shapes.items():
-            width_m = float(lanes.getWidth(name)) if _is_near(shape, inner.shape) else 0.0
-            if width_m > 0.0 and _leads_back_beside(shape, inner.shape, side * 0.5 * (inner.width_m + width_m)):
-                return OncomingLane(inner.column + side, width_m)
-    return None
+    """The lane beside the innermost of these that leads back."""
+    inner = usable[-1] if to_left > 0 else usable[0]
+    width_m = _width_beside_m(inner.shape, inner.width_m, to_left, lanes, shapes)
+    return OncomingLane(inner.column + to_left, width_m) if width_m else None
+
+
+def _width_beside_m(shape: Array, width_m: float, side: int, lanes: LaneDomain, shapes: Mapping[str, Array]) -> float:
+    """Of a lane that lies beside this one for most of its way, to the left (1) or the right (-1), and leads back; 0 without one."""
+    for name, other in shapes.items():
+        if _is_near(other, shape):
+            their_m = float(lanes.getWidth(name))
+            if _leads_back_beside(other, shape, side * 0.5 * (width_m + their_m)):
+                return their_m
+    return 0.0
 
 
 def _is_near(shape: Array, other: Array) -> bool:
