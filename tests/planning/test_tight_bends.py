@@ -14,7 +14,7 @@ from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.domain.vocabulary import Alert, Status
 from mcdas_opt.planning.lane_problem.bends import given_up_m
 from mcdas_opt.planning.planner import Planner
 
@@ -28,9 +28,9 @@ def bend(kappa: float, width_m: float) -> Road:
     return Road(lane_width_m=width_m, lanes_left=0, lanes_right=0, curvature=knots)
 
 
-def driven(road: Road, seconds: float) -> tuple[list[HostState], list[Plan]]:
+def driven(road: Road, seconds: float, *, warns: bool = False) -> tuple[list[HostState], list[Plan]]:
     """Everything goes as planned, for 0.2 s at a time."""
-    planner = Planner(settings=Settings(warning=WarningSettings(escapes=False)))
+    planner = Planner(settings=Settings(warning=WarningSettings(escapes=warns)))
     host, hosts, plans = HostState(speed_mps=8.0), [], []
     for k in range(round(seconds / 0.2)):
         plan = planner.plan(Situation(time_s=round(0.2 * k, 1), host=host, road=road, desired_speed_mps=10.0, coverage=Coverage()))
@@ -49,6 +49,15 @@ def test_a_bend_with_a_tenth_of_a_metre_to_spare_is_driven(radius_m: float, widt
     assert min(host.speed_mps for host in hosts) > 2.0
     assert max(abs(host.speed_mps**2 * np.tan(host.steering_rad)) for host in hosts) / VEHICLE.wheelbase_m < 3.0
     assert {plan.status for plan in plans} == {Status.PLANNED}
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("radius_m", [8.0, 12.0, 16.0])
+def test_nobody_is_warned_of_a_turn_that_is_driven_in_comfort(radius_m: float, side: float) -> None:
+    """With its inputs held the car would leave the road, and no manoeuvre of the map's stays in it; it speeds up out of the turn."""
+    hosts, plans = driven(bend(side / radius_m, 3.25), 14.0, warns=True)
+    assert hosts[-1].s_m > 30.0 + 2.3 * radius_m + 10.0
+    assert {plan.alert for plan in plans} == {Alert.NONE}
 
 
 @given(kappa=st.floats(0.002, 0.2), width_m=st.floats(1.85, 6.0), more_m=st.floats(0.0, 1.0))

@@ -40,7 +40,8 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
         comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
         found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
         most = comfort.comfort_on(cycle.situation.road.friction) * (1.0 if before is Alert.NONE else _CLEARLY)
-        if not _is_comfortable(plan, cycle.vehicle.wheelbase_m, most):
+        ordinary_s = float(cycle.settings.grid.times_s[-1]) if cycle.is_ordinary else None
+        if not _is_comfortable(plan, cycle.vehicle.wheelbase_m, most, ordinary_s):
             told = alert(found, wanted, before)
             if told is Alert.NONE and (before is not Alert.NONE or plan.mode is Mode.EVADE or _brakes_hard(plan, cycle)):
                 told = Alert.WARN
@@ -65,13 +66,16 @@ def _brakes_hard(plan: Plan, cycle: Cycle) -> bool:
     return strongest_mps2(plan.trajectory) < -cycle.settings.comfort.limits(cycle.situation.host.speed_mps).braking_mps2
 
 
-def _is_comfortable(plan: Plan, wheelbase_m: float, most_mps2: float) -> bool:
-    """Whether it passes to a safe end, asking no more of the tyres."""
+def _is_comfortable(plan: Plan, wheelbase_m: float, most_mps2: float, ordinary_s: float | None) -> bool:
+    """Whether it passes to a safe end, asking no more of the tyres. In ordinary driving, to that horizon, neither speeding up counts, as
+    out of a turn, nor how it would stop afterwards."""
     if plan.status is not Status.PLANNED or plan.safe_end is None or not plan.safe_end.safe:
         return False
     x = plan.trajectory
-    across = lateral_acceleration(x.speed_mps, x.steering_rad, wheelbase_m, np)
-    return bool(np.hypot(x.acceleration_mps2, across).max() <= most_mps2)
+    along, across = x.acceleration_mps2, lateral_acceleration(x.speed_mps, x.steering_rad, wheelbase_m, np)
+    if ordinary_s is not None:
+        along = np.where(x.t_s <= ordinary_s, np.minimum(along, 0.0), 0.0)
+    return bool(np.hypot(along, across).max() <= most_mps2)
 
 
 @lru_cache(maxsize=4)
