@@ -21,10 +21,14 @@ from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.evaluation.suites import expand
-from mcdas_opt.planning.candidate import strongest_mps2
+from mcdas_opt.planning.candidate import Checked, strongest_mps2
+from mcdas_opt.planning.candidates import driven_closed_form
+from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import Memory, ReportedMode
+from mcdas_opt.planning.proposals.keep_lane import keep_lane
 from mcdas_opt.planning.reporting.reason import threat
 from mcdas_opt.planning.reporting.reported_mode import still_agrees
 from mcdas_opt.plotting.words import passed
@@ -140,6 +144,15 @@ def test_only_an_evasion_that_was_begun_goes_on() -> None:
                 assert (plan.mode, plan.side) == (Mode.EVADE, before.active.side)
                 said += 1
     assert said > 10
+
+
+def test_who_would_collide_is_told_of_that_though_it_leaves_its_lane() -> None:
+    cycle = Cycle.of(Situation(host=HostState(speed_mps=10.0), coverage=Coverage()), Vehicle())
+    driven = driven_closed_form.drive(keep_lane(cycle, Mode.CRUISE), cycle)
+    collides = Verdict(violations=(Violation(kind=ViolationKind.COLLISION, body="1", t_s=1.0, value=-0.5, limit=0.0, unit="m"),))
+    assert "collision with 1" in Checked(driven=driven, verdict=collides, departure=Side.LEFT).refusal
+    assert Checked(driven=driven, verdict=Verdict(), departure=Side.LEFT).refusal == "leaves its lane to the left"
+    assert Checked(driven=driven, verdict=Verdict()).refusal == ""
 
 
 def test_what_ends_is_told_by_its_name() -> None:
