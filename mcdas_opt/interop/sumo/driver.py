@@ -22,6 +22,7 @@ from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connection, asking
+from mcdas_opt.interop.sumo.levels import Levels
 from mcdas_opt.interop.sumo.record import Contact, SumoSummary, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import keeps_left, read_route
@@ -83,7 +84,7 @@ class SumoDriver:
                 raise ParameterError("step-length", self._step_s, rule, "s")
             self._every = round(every)
             self._frame = self._begun()
-            self._traffic = Traffic(connection, ego, look_m)
+            self._traffic = Traffic(connection, ego, look_m, Levels(connection, self._edges))
             self._traffic.subscribe()
         self.planner = None if method == SUMO else Planner(self.vehicle, method, settings=settings)
         self.name = SUMO if self.planner is None else self.planner.name

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from operator import attrgetter
@@ -16,16 +16,21 @@ from mcdas_opt.domain.lane import Knots, Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.sumo.connection import LaneDomain
 from mcdas_opt.interop.sumo.road_line import line_along
-from mcdas_opt.interop.sumo.route import Edge
+from mcdas_opt.interop.sumo.route import Edge, lanes_inside
 
 _SAMPLE_M = 1.0
 _UNFOLDED = 1.2  # a bend's radius, at least, of what lies inside it: nearer to its centre a road would fold over itself
 _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
 _WINDOW_M, _STRIDE_M = (300.0, 800.0), 100.0
 _WIDENS_M = 5.0  # a lane comes to another width within so much
+_APART_M = 2.0  # between two widths of a lane
+_SHORTEST_M, _SHORTEST_SHAPE_M = 0.1, 2.0  # of an edge; and of a lane whose shape tells where the road leads
+_OVERLAP_M = 10.0  # of two lanes, the one leading to the other, at most
+_STRAY_M, _ASTRAY_M = 30.0, 10.0  # along and beside lanes that turn as no car does: a line that strays farther is none
 _TIGHT_1PM = 1.0 / 25.0
 _TURNING_M = 0.5  # of a junction's surface to either side of a lane that turns so tightly there; who waits beside it does not stand on it
 _CLOSED_M = 1.0  # the least that is closed where a lane leads nowhere
@@ -45,7 +50,7 @@ def main_column(edges: Sequence[Edge]) -> int:
     length_m: Counter[int] = Counter()
     for edge in edges:
         for column in edge.columns:
-            length_m[column] += round(float(np.hypot(*np.diff(edge.nearest(column).shape, axis=0).T).sum()))
+            length_m[column] += round(_length_m(edge.nearest(column).shape))
     return min(length_m, key=lambda column: (-length_m[column], abs(column), column))
 
 
@@ -56,19 +61,21 @@ class RoadFrame:
         self.base, self._friction = base, friction
         self.lane_width_m = edges[0].nearest(base).width_m
         pieces = [self._middle(edge) for edge in edges]
-        parts = (part for piece, edge in zip(pieces, edges, strict=True) for part in (piece, *_through(lanes, edge, base)))
-        line = _even(np.concatenate(list(parts)))
+        inside = [_through(lanes, edge, base) for edge in edges]
+        parts = (part for piece, through in zip(pieces, inside, strict=True) for part in (piece, *through))
+        line = _even(part for part in parts if part is pieces[0] or _length_m(part) > _SHORTEST_SHAPE_M)
         columns = [column for edge in edges for column in edge.columns]
         inside_m = ((k + 0.5) * self.lane_width_m + 2.0 * _TURNING_M for k in (base - min(columns), max(columns) - base))
         self.placement, self._knots = line_along(line, *(_UNFOLDED * m for m in inside_m))
         self._frame = FrenetFrame(
             road=Road(curvature=self._knots), s_min_m=-_BEYOND_M, s_max_m=self._knots[-1][0] + _BEYOND_M
         )  # fmt: skip
-        ends = [self._along(piece) for piece in pieces]
+        ends = list(self._ends(pieces, inside))
         self.sections = tuple(Section(edge=edge, begin_m=begin, end_m=end) for edge, (begin, end) in zip(edges, ends, strict=True))
         self._begins = [section.begin_m for section in self.sections]
         self._turning = {k: self._nearest_on(k) for k in range(len(edges) - 1) if self._bends(self.sections[k].end_m, self._begins[k + 1])}
         self._road = lru_cache(maxsize=8)(self._window)
+        self._refuse_strays(pieces)
 
     @property
     def end_m(self) -> float:
@@ -119,7 +126,7 @@ class RoadFrame:
         there = range(first, max(bisect_right(self._begins, high), first + 1))
         columns = {column for k in there for column in self.sections[k].edge.columns} | {self.base}
         oncoming = self._oncoming(columns, there)
-        lanes = [self._lane(column, there) for column in range(min(columns), max(columns) + 1)]
+        lanes = [self._lane(column, there, stretch * _STRIDE_M) for column in range(min(columns), max(columns) + 1)]
         beside = [lane.lane for lane in oncoming]
         return Road(
             lane_width_m=self.lane_width_m,
@@ -131,13 +138,15 @@ class RoadFrame:
             lanes=tuple(sorted([*lanes, *oncoming], key=attrgetter("lane"))),
         )
 
-    def _lane(self, column: int, there: range) -> Lane:
+    def _lane(self, column: int, there: range, host_m: float) -> Lane:
         """A column as a lane of ours along some sections: closed where there is none, or where it does not lead on along the route; but not
-        where lanes further from the base lead on, which would be out of reach."""
+        where lanes further from the base lead on, which would be out of reach. The base is passed on one side: of those to which it ends,
+        on the first that a host at `host_m` comes to; where it ends to the other one it counts as open until then."""
         closed: list[tuple[float, float]] = []
+        on_left: list[bool] = []
         widths: list[tuple[float, float]] = []
         limits: list[tuple[float, float]] = []
-        own, merges, far_m = column == self.base, Side.NONE, self.end_m + _BEYOND_M
+        own, far_m = column == self.base, self.end_m + _BEYOND_M
         for k in there:
             section, begins_m = self.sections[k], self._begins[k]
             until_m = self._begins[k + 1] if k + 1 < there.stop else math.inf
@@ -147,21 +156,25 @@ class RoadFrame:
             if lane is None:
                 is_left, shut = section.edge.columns.start > column, (begins_m, min(until_m, far_m))
             else:
-                at_m, width_m = widths[-1][0] if widths else -math.inf, self.lane_width_m if own else lane.width_m
+                width_m = self.lane_width_m if own else lane.width_m
                 pieces = [(begins_m + _WIDENS_M, width_m), (section.end_m, width_m)]
                 if self._turning.get(k) == column:
                     wide_m = width_m + 2.0 * _TURNING_M
                     pieces[1:] = [(section.end_m - _WIDENS_M, width_m), (section.end_m, wide_m), (self._begins[k + 1], wide_m)]
-                widths += [knot for knot in pieces if knot[0] > at_m]
+                widths += pieces
                 if k + 1 == len(self.sections) or (lane.goes_on and column in self.sections[k + 1].edge.columns):
                     continue
                 is_left, shut = self._leads_on_left(k, column), (section.end_m, max(min(until_m, far_m), section.end_m + _CLOSED_M))
             if own or is_left == (column < self.base):
-                merges = Side.LEFT if is_left else Side.RIGHT
                 closed.append(shut)
+                on_left.append(is_left)
+        passed_left = next((left for (_, end_m), left in zip(closed, on_left, strict=True) if end_m > host_m), any(on_left))
+        if own:
+            closed = [shut for shut, left in zip(closed, on_left, strict=True) if left is passed_left]
+        merges = Side.LEFT if passed_left else Side.RIGHT
         return Lane(
             lane=column - self.base,
-            width_m=() if {width for _, width in widths} <= {self.lane_width_m} else tuple(widths),
+            width_m=() if {width for _, width in widths} <= {self.lane_width_m} else _increasing(widths),
             speed_limit_mps=tuple(limits),
             closed_m=_joined(closed),
             merges=merges if own and closed else Side.NONE,
@@ -181,7 +194,7 @@ class RoadFrame:
                 ends = (begin_m, begin_m + _WIDENS_M, end_m - _WIDENS_M, end_m)
                 widths.setdefault(beside.column, []).extend(zip(ends, (0.0, beside.width_m, beside.width_m, 0.0), strict=True))
         innermost = [column for column in widths if column - 1 in columns or column + 1 in columns]
-        return [Lane(lane=column - self.base, width_m=tuple(widths[column]), oncoming=True) for column in innermost]
+        return [Lane(lane=column - self.base, width_m=_increasing(widths[column]), oncoming=True) for column in innermost]
 
     def _gentle_stretch(self, begin_m: float, end_m: float, d_m: float) -> tuple[float, float]:
         """The longest part of a stretch of road along which a line at that offset keeps its distance from the centre of every bend."""
@@ -210,9 +223,26 @@ class RoadFrame:
         lane = edge.nearest(self.base)
         return _shifted(lane.shape, _beside_m(edge, lane.column, self.base, self.lane_width_m))
 
-    def _along(self, piece: Array) -> tuple[float, float]:
-        s, _, _ = self.to_road(piece[[0, -1], 0], piece[[0, -1], 1], np.zeros(2))
-        return float(s[0]), float(s[1])
+    def _ends(self, pieces: Sequence[Array], inside: Sequence[Sequence[Array]]) -> Iterator[tuple[float, float]]:
+        """Where the middles of the edges begin and end, one after the other."""
+        end_m = expected_m = 0.0
+        for piece, through in zip(pieces, inside, strict=True):
+            begin_m = max(self._station(piece[0], expected_m), end_m)
+            end_m = max(self._station(piece[-1], begin_m + _length_m(piece)), begin_m + _SHORTEST_M)
+            yield begin_m, end_m
+            expected_m = end_m + sum(map(_length_m, through))
+
+    def _refuse_strays(self, pieces: Sequence[Array]) -> None:
+        """Raises `InputError` where the line cannot stay with the lanes."""
+        for section, piece in zip(self.sections, pieces, strict=True):
+            s, d, _ = self.to_road(piece[:, 0], piece[:, 1], np.zeros(len(piece)), near_s_m=section.end_m)
+            if float(np.abs(d).max()) > _ASTRAY_M or abs(float(s[-1]) - section.end_m) > _STRAY_M:
+                raise InputError("SUMO network", section.edge.id, None, "is off the route's line, which turns back here as no car does")
+
+    def _station(self, point: Array, expected_m: float) -> float:
+        """Of a point of the line: found near where it should be, or there. A route may come back beside itself."""
+        s, _, _ = self.to_road(point[:1], point[1:], np.zeros(1), near_s_m=expected_m)
+        return float(s[0]) if abs(float(s[0]) - expected_m) < _STRAY_M else expected_m
 
 
 def _through(lanes: LaneDomain, edge: Edge, base: int) -> list[Array]:
@@ -220,11 +250,8 @@ def _through(lanes: LaneDomain, edge: Edge, base: int) -> list[Array]:
     lane = edge.nearest(base)
     if not lane.goes_on:
         lane = min((one for one in edge.lanes if one.goes_on), key=lambda one: abs(one.column - base), default=lane)
-    found, via = [], lane.via
-    while via.startswith(":"):
-        found.append(_shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], _beside_m(edge, lane.column, base, lane.width_m)))
-        via = next((str(link[0]) for link in lanes.getLinks(via)), "")
-    return found
+    left_m = _beside_m(edge, lane.column, base, lane.width_m)
+    return [_shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], left_m) for via in lanes_inside(lanes, lane.via)]
 
 
 def _beside_m(edge: Edge, column: int, base: int, usual_m: float) -> float:
@@ -245,6 +272,19 @@ def _joined(stretches: list[tuple[float, float]]) -> Knots:
     return tuple(joined)
 
 
+def _length_m(shape: Array) -> float:
+    return float(np.hypot(*np.diff(shape, axis=0).T).sum())
+
+
+def _increasing(knots: Sequence[tuple[float, float]]) -> Knots:
+    """Those that lie beyond all before them: of an edge that is shorter than its lane takes to widen, the first."""
+    found = list(knots[:1])
+    for knot in knots[1:]:
+        if knot[0] >= found[-1][0] + _APART_M:
+            found.append(knot)
+    return tuple(found)
+
+
 def _shifted(shape: Array, right_m: float) -> Array:
     """The polyline moved to its right."""
     if right_m == 0.0:
@@ -254,13 +294,18 @@ def _shifted(shape: Array, right_m: float) -> Array:
     return np.asarray(shape + right_m * np.column_stack([way[:, 1], -way[:, 0]]))
 
 
-def _even(points: Array) -> Array:
-    """A point every metre; steps back (where two pieces overlap) are left out."""
-    kept = [points[0]]
-    for point in points[1:]:
-        step = point - kept[-1]
-        if np.hypot(*step) > 0.05 and (len(kept) < 2 or float(step @ (kept[-1] - kept[-2])) > 0.0):
-            kept.append(point)
+def _even(pieces: Iterable[Array]) -> Array:
+    """Along polylines, one after the other, a point every metre; where one begins before the end of that before it, its beginning is left
+    out."""
+    kept: list[Array] = []
+    for piece in pieces:
+        overlaps = len(kept) > 1
+        for point in piece:
+            step = point - kept[-1] if kept else np.ones(2)
+            length_m = float(np.hypot(*step))
+            overlaps = overlaps and length_m < _OVERLAP_M and float(step @ (kept[-1] - kept[-2])) <= 0.0
+            if length_m > 0.05 and not overlaps:
+                kept.append(point)
     line = np.array(kept)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     even = np.linspace(0.0, along[-1], max(round(along[-1] / _SAMPLE_M), 8) + 1)

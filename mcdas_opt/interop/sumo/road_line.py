@@ -18,6 +18,7 @@ _NEAR_M = 0.1  # the first whose line stays so near them, else the last
 _TIGHTEST_M = 6.0  # of a radius: what a car can follow
 _STRAIGHT_M, _STRAIGHT_1PM = 0.02, 1e-4  # a line that goes straight on stays so near, from no more curvature than this
 _SPREAD = 2  # knots to either side over which a first guess takes the mean of the points' curvature
+_LONGER = 1.5  # than the points, at most
 _STEPS, _SETTLED_1PM = 8, 1e-5  # Gauss-Newton steps at most of one window, and a step after which it is settled
 
 
@@ -33,7 +34,7 @@ def line_along(points: Array, right_m: float, left_m: float) -> tuple[Placement,
     bounds = (-1.0 / max(right_m, _TIGHTEST_M), 1.0 / max(left_m, _TIGHTEST_M))
     pose, station, s, kappa = (placement.x_m, placement.y_m, placement.yaw_rad), 0.0, 0.0, 0.0
     knots = [(-1.0, 0.0), (0.0, 0.0)]
-    while (left := int((along[-1] - station) / _KNOT_M)) >= 1:
+    while (left := int((along[-1] - station) / _KNOT_M)) >= 1 and s < _LONGER * along[-1]:  # a line that goes in circles comes to no end
         window = _Window(points, along, pose, station, kappa, min(_FITTED, left))
         straight = window.straight() if abs(kappa) < _STRAIGHT_1PM else None
         bent = (window.fitted(bounds) if straight is None else straight)[: _KEPT if left > _FITTED else _FITTED]

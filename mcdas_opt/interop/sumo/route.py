@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -104,11 +104,23 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
         found.append(Edge(id=name, lanes=usable, oncoming=_oncoming(usable, sumo.lane, shapes, to_left)))
         if last:
             break
-        shifts = Counter(to_left * (i - to) + offset for i, ahead in links.items() for to, _ in ahead)
+        usual, others = Counter[int](), Counter[int]()  # links that the vehicle may use, and such as are for others alone
+        for i, ahead in links.items():
+            for to, _ in ahead:
+                own = all(_may_use(sumo.lane, lane, vehicle_class) for lane in (f"{name}_{i}", f"{route[k + 1]}_{to}"))
+                (usual if own else others)[to_left * (i - to) + offset] += 1
+        shifts = usual or others
         if not shifts:
             raise InputError("SUMO network", name, None, f"no lane leads from it to {route[k + 1]}")
         offset = shifts.most_common(1)[0][0]
     return tuple(found)
+
+
+def lanes_inside(lanes: LaneDomain, via: str) -> Iterator[str]:
+    """The lanes inside a junction that one link leads through, one after the other: two, where those who turn wait in its middle."""
+    while via.startswith(":"):
+        yield via
+        via = next((str(link[4]) for link in lanes.getLinks(via)), "")
 
 
 def _shape(lanes: LaneDomain, lane: str) -> Array:

@@ -26,6 +26,7 @@ from mcdas_opt.interop.sumo.connection import (
     WIDTH,
     Connection,
 )
+from mcdas_opt.interop.sumo.levels import Levels
 from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.simulation.ordinary import Placed
 from mcdas_opt.tracking.acceleration import AccelerationFilter
@@ -44,6 +45,7 @@ class Traffic:
     sumo: Connection
     host: str
     look_m: tuple[float, float]
+    levels: Levels
     _seen: dict[str, _Seen] = field(default_factory=dict)
 
     def subscribe(self) -> None:
@@ -73,6 +75,7 @@ class Traffic:
                 not -self.look_m[1] <= at_m - s_m <= self.look_m[0]
                 or stretch < LEAST_STRETCH_MEASURED
                 or not _is_near(frame, at_m, across_m, facts)
+                or (_edge(facts) != frame.section_at(at_m).edge.id and self.levels.on_another(str(facts[LANE_ID])))
             ):
                 continue
             seen = self._seen.get(name) or _Seen(first_s=time_s, kind=self._kind(name, facts))

@@ -1,0 +1,173 @@
+"""Networks as maps give them: bridges, lanes for others, edges of a metre, lanes that come and go, and turns that no car makes."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.sumo.connection import started
+from mcdas_opt.interop.sumo.driver import SumoDriver
+from mcdas_opt.interop.sumo.episode import EpisodeSettings, wait_for
+from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
+from mcdas_opt.interop.sumo.route import Edge, lanes_inside, read_route
+from tests.interop.sumo_configuration import network
+
+pytest.importorskip("libsumo")
+
+
+def ego(*edges: str, lane: int = 0) -> str:
+    return f'<vehicle id="ego" depart="0" departLane="{lane}" departSpeed="10"><route edges="{" ".join(edges)}"/></vehicle>'
+
+
+def edge(first: str, last: str, lanes: int = 1, inside: str = "") -> str:
+    return f'<edge id="{first}-{last}" from="{first}" to="{last}" numLanes="{lanes}" speed="13.9">{inside}</edge>'
+
+
+def framed(config: Path) -> tuple[RoadFrame, tuple[Edge, ...]]:
+    """Of the ego's route."""
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        edges = read_route(sumo, sumo.vehicle.getRoute("ego"), int(sumo.vehicle.getLaneID("ego").rpartition("_")[2]), "passenger")
+        return RoadFrame(sumo.lane, edges, main_column(edges), 0.9), edges
+
+
+def off_m(frame: RoadFrame, edges: tuple[Edge, ...]) -> float:
+    """How far, at most, the middles of the lanes of the base's column lie beside its line, but for 15 m from the ends of an edge."""
+    found = [0.0]
+    for section, edge in zip(frame.sections, edges, strict=True):
+        shape = edge.nearest(frame.base).shape
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(shape, axis=0).T))])
+        at = np.arange(15.0, along[-1] - 15.0, 5.0)
+        if edge.lane(frame.base) is not None and at.size:
+            x, y = (np.interp(at, along, shape[:, k]) for k in (0, 1))
+            _, d, _ = frame.to_road(x, y, np.zeros(at.size), near_s_m=0.5 * (section.begin_m + section.end_m))
+            found.append(float(np.abs(d).max()))
+    return max(found)
+
+
+CROSSED = {"west": (0.0, 0.0), "east": (300.0, 0.0), "south": (150.0, -80.0), "north": (160.0, 80.0), "out": (500.0, 0.0)}
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_who_is_on_a_bridge_is_not_in_the_way(stops: bool, tmp_path: Path) -> None:
+    stop = '<stop lane="south-north_0" endPos="84" duration="100"/>' if stops else ""
+    others = f'<flow id="over" begin="0" end="60" period="3" departSpeed="max"><route edges="south-north"/>{stop}</flow>'
+    edges = [edge("west", "east"), edge("east", "out"), edge("south", "north")]
+    config = network(tmp_path, CROSSED, edges, ego("west-east", "east-out") + others)
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        driver = SumoDriver(sumo, "ego")
+        seen, least_mps = False, math.inf
+        while driver.step():
+            assert not driver.snapshots[-1].others
+            seen = seen or sumo.vehicle.getIDCount() > 1
+            least_mps = min(least_mps, driver.snapshots[-1].host.speed_mps)
+    assert seen
+    assert driver.ended == "arrived"
+    assert not driver.contacts
+    assert least_mps > 9.5
+
+
+def test_who_comes_to_a_junction_of_the_route_is_seen(tmp_path: Path) -> None:
+    nodes = {**CROSSED, "middle": (150.0, 0.0)}
+    edges = [edge("west", "middle"), edge("middle", "east"), edge("south", "middle"), edge("middle", "north")]
+    others = '<flow id="across" begin="0" end="60" period="3"><route edges="south-middle middle-north"/></flow>'
+    config = network(tmp_path, nodes, edges, ego("west-middle", "middle-east") + others)
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        driver = SumoDriver(sumo, "ego")
+        seen = {other.id for _ in range(100) if driver.step() for other in driver.snapshots[-1].others}
+    assert len(seen) >= 2
+
+
+def test_lanes_for_others_do_not_move_the_lanes_that_go_on(tmp_path: Path) -> None:
+    # two lanes for cycling join the one: two links lead one lane to the right, and the car's leads straight on
+    nodes = {"a": (0.0, 0.0), "b": (100.0, 0.0), "c": (200.0, 0.0)}
+    only = [f'<lane index="{i}" allow="bicycle"/>' for i in range(3)]
+    edges = [edge("a", "b", 4, "".join(only[:3])), edge("b", "c", 4, only[0] + only[1])]
+    links = "".join(f'<connection from="a-b" to="b-c" fromLane="{i}" toLane="{j}"/>' for i, j in ((1, 0), (2, 1), (3, 3)))
+    (tmp_path / "own.con.xml").write_text(f"<connections>{links}</connections>", "utf-8")
+    config = network(tmp_path, nodes, edges, ego("a-b", "b-c", lane=3), "-x", "own.con.xml")
+    frame, route = framed(config)
+    assert [list(one.columns) for one in route] == [[0], [-1, 0]]
+    assert off_m(frame, route) < 0.3
+
+
+LENGTHS_M = st.lists(st.tuples(st.sampled_from([0.5, 4.0, 12.0, 60.0]), st.integers(1, 3), st.floats(-1.9, 1.9)), min_size=2, max_size=6)
+
+
+@settings(max_examples=25, deadline=None)
+@given(pieces=LENGTHS_M)
+def test_every_chain_of_edges_is_a_road_or_refused_by_name(
+    pieces: list[tuple[float, int, float]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    # edges of half a metre, lanes that come and go on either side, turns of more than a right angle; long edges at both ends
+    x, y, yaw, nodes, edges = 0.0, 0.0, 0.0, {"n0": (0.0, 0.0)}, []
+    for k, (length_m, lanes, turn) in enumerate([(120.0, 2, 0.0), *pieces, (120.0, 1, 0.0)]):
+        yaw += turn if length_m > 50.0 else 0.2 * turn
+        x, y = x + (length_m + 12.0) * math.cos(yaw), y + (length_m + 12.0) * math.sin(yaw)
+        nodes[f"n{k + 1}"] = (x, y)
+        edges.append(edge(f"n{k}", f"n{k + 1}", lanes))
+    names = [f"n{k}-n{k + 1}" for k in range(len(edges))]
+    config = network(tmp_path_factory.mktemp("chain"), nodes, edges, ego(*names))
+    refused = ""
+    try:
+        frame, route = framed(config)
+    except InputError as error:
+        refused = str(error)
+    if refused:  # where edges of half a metre lie askew
+        assert "turns back here as no car does" in refused
+        return
+    for s_m in np.arange(0.0, frame.end_m, 50.0):
+        road = frame.road_at(float(s_m))
+        assert any(road.lane_width_at(lane, float(s_m)) > 2.0 for lane in range(-road.lanes_right, road.lanes_left + 1))
+    begins = [section.begin_m for section in frame.sections]
+    assert begins == sorted(begins)
+    assert off_m(frame, route) < 10.0
+
+
+def test_a_lane_that_ends_to_both_sides_is_passed_on_the_side_that_comes_first(tmp_path: Path) -> None:
+    # the column that goes along most of the way begins two lanes to the right of the first edge's, and ends to its right
+    along_m = (0.0, 150.0, 300.0, 450.0, 600.0, 850.0, 1000.0, 1150.0)
+    nodes = {name: (x, 0.0) for name, x in zip("abcdefgh", along_m, strict=True)}
+    names = ["a-b", "b-c", "c-d", "d-e", "e-f", "f-g", "g-h"]
+    edges = [edge(*name.split("-"), lanes) for name, lanes in zip(names, (2, 3, 4, 3, 1, 2, 1), strict=True)]
+    joined = [((0, 1), (1, 2)), ((0, 1), (1, 2), (2, 3)), ((0, 0), (1, 1), (2, 2)), ((0, 0),), ((0, 1),), ((0, 0),)]
+    ways = [(a, b, i, j) for a, b, pairs in zip(names, names[1:], joined, strict=False) for i, j in pairs]
+    links = "".join(f'<connection from="{a}" to="{b}" fromLane="{i}" toLane="{j}"/>' for a, b, i, j in ways)
+    (tmp_path / "own.con.xml").write_text(f"<connections>{links}</connections>", "utf-8")
+    frame, route = framed(network(tmp_path, nodes, edges, ego(*names), "-x", "own.con.xml"))
+    assert [list(one.columns) for one in route] == [[0, 1], [-1, 0, 1], [-2, -1, 0, 1], [-2, -1, 0], [-2], [-3, -2], [-3]]
+    assert frame.base == -2
+    sides = [next(lane.merges for lane in frame.road_at(s_m).lanes if lane.lane == 0) for s_m in (150.0, 450.0, 950.0)]
+    assert sides == [Side.LEFT, Side.RIGHT, Side.RIGHT]
+
+
+def test_the_line_goes_through_the_middle_of_a_junction_with_a_place_to_wait(tmp_path: Path) -> None:
+    # who turns left waits inside: the way through is two lanes, the second of which was left out
+    nodes = {"m": (0.0, 0.0), "w": (-150.0, 0.0), "e": (150.0, 0.0), "n": (0.0, 150.0), "s": (0.0, -150.0)}
+    edges = [edge(a, "m", 3) for a in "wens"] + [edge("m", a, 3) for a in "wens"]
+    config = network(tmp_path, nodes, edges, ego("w-m", "m-n", lane=2), "--tls.set", "m", "--default.junctions.radius", "20")
+    frame, _ = framed(config)
+    with started(config, 1) as sumo:
+        link = next(link for link in sumo.lane.getLinks("w-m_2") if str(link[0]).startswith("m-n"))
+        inside = [np.array(sumo.lane.getShape(lane))[:, :2] for lane in lanes_inside(sumo.lane, str(link[4]))]
+    assert len(inside) == 2
+    shape = np.concatenate(inside)
+    _, d, _ = frame.to_road(shape[:, 0], shape[:, 1], np.zeros(len(shape)))
+    assert float(np.abs(d).max()) < 1.0
+
+
+def test_a_route_that_turns_back_as_no_car_does_is_refused_by_name(tmp_path: Path) -> None:
+    nodes = {"a": (0.0, 0.0), "b": (30.0, 0.0), "z": (-200.0, 0.0)}
+    there_and_back = ("a-b", "b-a", "a-b", "b-a", "a-z")
+    config = network(tmp_path, nodes, [edge("a", "b"), edge("b", "a"), edge("a", "z")], ego(*there_and_back))
+    with pytest.raises(InputError, match=r"SUMO network: a-b: .* turns back here as no car does"):
+        framed(config)
