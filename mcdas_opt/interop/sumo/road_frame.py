@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from operator import attrgetter
@@ -19,17 +19,16 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.sumo.connection import LaneDomain
+from mcdas_opt.interop.sumo.polylines import even, length_m, shifted
 from mcdas_opt.interop.sumo.road_line import line_along
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside
 
-_SAMPLE_M = 1.0
 _UNFOLDED = 1.2  # a bend's radius, at least, of what lies inside it: nearer to its centre a road would fold over itself
 _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
 _WINDOW_M, _STRIDE_M = (300.0, 800.0), 100.0
 _WIDENS_M = 5.0  # a lane comes to another width within so much
 _APART_M = 2.0  # between two widths of a lane
 _SHORTEST_M, _SHORTEST_SHAPE_M = 0.1, 2.0  # of an edge; and of a lane whose shape tells where the road leads
-_OVERLAP_M = 10.0  # of two lanes, the one leading to the other, at most
 _STRAY_M, _ASTRAY_M = 30.0, 10.0  # along and beside lanes that turn as no car does: a line that strays farther is none
 _TIGHT_1PM = 1.0 / 25.0
 _TURNING_M = 0.5  # of a junction's surface to either side of a lane that turns so tightly there; who waits beside it does not stand on it
@@ -47,11 +46,11 @@ class Section:
 
 def main_column(edges: Sequence[Edge]) -> int:
     """The column that goes along most of the route; of several the one nearest to 0."""
-    length_m: Counter[int] = Counter()
+    along_m: Counter[int] = Counter()
     for edge in edges:
         for column in edge.columns:
-            length_m[column] += round(_length_m(edge.nearest(column).shape))
-    return min(length_m, key=lambda column: (-length_m[column], abs(column), column))
+            along_m[column] += round(length_m(edge.nearest(column).shape))
+    return min(along_m, key=lambda column: (-along_m[column], abs(column), column))
 
 
 class RoadFrame:
@@ -63,7 +62,7 @@ class RoadFrame:
         pieces = [self._middle(edge) for edge in edges]
         inside = [_through(lanes, edge, base) for edge in edges]
         parts = (part for piece, through in zip(pieces, inside, strict=True) for part in (piece, *through))
-        line = _even(part for part in parts if part is pieces[0] or _length_m(part) > _SHORTEST_SHAPE_M)
+        line = even(part for part in parts if part is pieces[0] or length_m(part) > _SHORTEST_SHAPE_M)
         columns = [column for edge in edges for column in edge.columns]
         inside_m = ((k + 0.5) * self.lane_width_m + 2.0 * _TURNING_M for k in (base - min(columns), max(columns) - base))
         self.placement, self._knots = line_along(line, *(_UNFOLDED * m for m in inside_m))
@@ -221,16 +220,16 @@ class RoadFrame:
     def _middle(self, edge: Edge) -> Array:
         """Of the base on an edge, or of where it would be."""
         lane = edge.nearest(self.base)
-        return _shifted(lane.shape, _beside_m(edge, lane.column, self.base, self.lane_width_m))
+        return shifted(lane.shape, _beside_m(edge, lane.column, self.base, self.lane_width_m))
 
     def _ends(self, pieces: Sequence[Array], inside: Sequence[Sequence[Array]]) -> Iterator[tuple[float, float]]:
         """Where the middles of the edges begin and end, one after the other."""
         end_m = expected_m = 0.0
         for piece, through in zip(pieces, inside, strict=True):
             begin_m = max(self._station(piece[0], expected_m), end_m)
-            end_m = max(self._station(piece[-1], begin_m + _length_m(piece)), begin_m + _SHORTEST_M)
+            end_m = max(self._station(piece[-1], begin_m + length_m(piece)), begin_m + _SHORTEST_M)
             yield begin_m, end_m
-            expected_m = end_m + sum(map(_length_m, through))
+            expected_m = end_m + sum(map(length_m, through))
 
     def _refuse_strays(self, pieces: Sequence[Array]) -> None:
         """Raises `InputError` where the line cannot stay with the lanes."""
@@ -251,7 +250,7 @@ def _through(lanes: LaneDomain, edge: Edge, base: int) -> list[Array]:
     if not lane.goes_on:
         lane = min((one for one in edge.lanes if one.goes_on), key=lambda one: abs(one.column - base), default=lane)
     left_m = _beside_m(edge, lane.column, base, lane.width_m)
-    return [_shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], left_m) for via in lanes_inside(lanes, lane.via)]
+    return [shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], left_m) for via in lanes_inside(lanes, lane.via)]
 
 
 def _beside_m(edge: Edge, column: int, base: int, usual_m: float) -> float:
@@ -272,10 +271,6 @@ def _joined(stretches: list[tuple[float, float]]) -> Knots:
     return tuple(joined)
 
 
-def _length_m(shape: Array) -> float:
-    return float(np.hypot(*np.diff(shape, axis=0).T).sum())
-
-
 def _increasing(knots: Sequence[tuple[float, float]]) -> Knots:
     """Those that lie beyond all before them: of an edge that is shorter than its lane takes to widen, the first."""
     found = list(knots[:1])
@@ -283,30 +278,3 @@ def _increasing(knots: Sequence[tuple[float, float]]) -> Knots:
         if knot[0] >= found[-1][0] + _APART_M:
             found.append(knot)
     return tuple(found)
-
-
-def _shifted(shape: Array, right_m: float) -> Array:
-    """The polyline moved to its right."""
-    if right_m == 0.0:
-        return shape
-    way = np.gradient(shape, axis=0)
-    way /= np.maximum(np.hypot(*way.T), 1e-9)[:, None]
-    return np.asarray(shape + right_m * np.column_stack([way[:, 1], -way[:, 0]]))
-
-
-def _even(pieces: Iterable[Array]) -> Array:
-    """Along polylines, one after the other, a point every metre; where one begins before the end of that before it, its beginning is left
-    out."""
-    kept: list[Array] = []
-    for piece in pieces:
-        overlaps = len(kept) > 1
-        for point in piece:
-            step = point - kept[-1] if kept else np.ones(2)
-            length_m = float(np.hypot(*step))
-            overlaps = overlaps and length_m < _OVERLAP_M and float(step @ (kept[-1] - kept[-2])) <= 0.0
-            if length_m > 0.05 and not overlaps:
-                kept.append(point)
-    line = np.array(kept)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-    even = np.linspace(0.0, along[-1], max(round(along[-1] / _SAMPLE_M), 8) + 1)
-    return np.column_stack([np.interp(even, along, line[:, i]) for i in (0, 1)])
