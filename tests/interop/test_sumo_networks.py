@@ -15,6 +15,7 @@ from mcdas_opt.errors import InputError
 from mcdas_opt.interop.sumo.connection import started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, wait_for
+from mcdas_opt.interop.sumo.polylines import even
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside, read_route
 from tests.interop.sumo_configuration import network
@@ -171,3 +172,28 @@ def test_a_route_that_turns_back_as_no_car_does_is_refused_by_name(tmp_path: Pat
     config = network(tmp_path, nodes, [edge("a", "b"), edge("b", "a"), edge("a", "z")], ego(*there_and_back))
     with pytest.raises(InputError, match=r"SUMO network: a-b: .* turns back here as no car does"):
         framed(config)
+
+
+def test_a_sharp_turn_with_few_points_is_kept_whole(tmp_path: Path) -> None:
+    # of the pieces along a route, only the beginning that lies before the end of the one before is left out
+    nodes = {"a": (0.0, 0.0), "b": (120.0, 0.0), "c": (90.0, 60.0), "d": (90.0, 260.0)}
+    config = network(tmp_path, nodes, [edge("a", "b"), edge("b", "c"), edge("c", "d")], ego("a-b", "b-c", "c-d"))
+    frame, route = framed(config)
+    assert off_m(frame, route) < 2.0
+    before, after = np.array([[0.0, 0.0], [10.0, 0.0]]), np.array([[9.0, 0.0], [12.0, 0.0], [2.0, 20.0], [-20.0, 20.0]])
+    points = even([before, after])
+    np.testing.assert_allclose(points[-1], [-20.0, 20.0])
+    assert float(np.hypot(*np.diff(points, axis=0).T).max()) < 1.1
+    assert np.all(np.diff(points[:12, 0]) > 0.0)
+
+
+def test_lanes_of_oncoming_traffic_on_edges_that_meet_make_a_road(tmp_path: Path) -> None:
+    nodes = {"a": (0.0, 0.0), "b": (60.0, 0.0), "c": (120.0, 0.0)}
+    edges = [edge("a", "b"), edge("b", "c"), edge("c", "b"), edge("b", "a")]
+    config = network(tmp_path, nodes, edges, ego("a-b", "b-c"), "--no-internal-links")
+    frame, route = framed(config)
+    assert all(one.oncoming for one in route)
+    assert abs(frame.sections[0].end_m - frame.sections[1].begin_m) < 0.5
+    road = frame.road_at(30.0)
+    assert road.lane_width_at(1, 30.0) == pytest.approx(3.2)
+    assert road.lane_width_at(1, 90.0) == pytest.approx(3.2)
