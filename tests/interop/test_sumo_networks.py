@@ -76,6 +76,22 @@ def test_who_is_on_a_bridge_is_not_in_the_way(stops: bool, tmp_path: Path) -> No
     assert least_mps > 9.5
 
 
+def test_who_comes_down_a_ramp_that_crosses_the_route_is_seen(tmp_path: Path) -> None:
+    # a loop: over the street, round, and onto it
+    nodes = {"west": (0.0, 0.0), "join": (300.0, 0.0), "east": (500.0, 0.0), "south": (100.0, -150.0)}
+    loop = '<edge id="loop" from="south" to="join" numLanes="1" speed="13.9" shape="100,-150 110,80 180,110 230,60 260,5 300,0"/>'
+    others = '<flow id="down" begin="0" end="60" period="4" departSpeed="max"><route edges="loop join-east"/></flow>'
+    config = network(tmp_path, nodes, [edge("west", "join"), edge("join", "east"), loop], ego("west-join", "join-east") + others)
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        driver, on_loop = SumoDriver(sumo, "ego"), set()
+        for _ in range(200):
+            if not driver.step():
+                break
+            on_loop |= {other.id for other in driver.snapshots[-1].others if sumo.vehicle.getRoadID(other.id) == "loop"}
+    assert on_loop
+
+
 def test_who_comes_to_a_junction_of_the_route_is_seen(tmp_path: Path) -> None:
     nodes = {**CROSSED, "middle": (150.0, 0.0)}
     edges = [edge("west", "middle"), edge("middle", "east"), edge("south", "middle"), edge("middle", "north")]
