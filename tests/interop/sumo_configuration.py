@@ -9,6 +9,10 @@ from pathlib import Path
 import pytest
 
 from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.interop.sumo.connection import started
+from mcdas_opt.interop.sumo.episode import EpisodeSettings, wait_for
+from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
+from mcdas_opt.interop.sumo.route import Edge, read_route
 
 sumo = pytest.importorskip("sumo")
 NETS = models_folder() / "sumo"
@@ -34,3 +38,21 @@ def network(folder: Path, nodes: Mapping[str, tuple[float, float]], edges: Seque
     read = '<net-file value="own.net.xml"/><route-files value="own.rou.xml"/>'
     (folder / "own.sumocfg").write_text(f"<configuration><input>{read}</input><time><end value='120'/></time></configuration>", "utf-8")
     return folder / "own.sumocfg"
+
+
+def ego(*edges: str, lane: int = 0) -> str:
+    """A vehicle along these edges."""
+    return f'<vehicle id="ego" depart="0" departLane="{lane}" departSpeed="10"><route edges="{" ".join(edges)}"/></vehicle>'
+
+
+def edge(first: str, last: str, lanes: int = 1, inside: str = "", more: str = "speed='13.9'") -> str:
+    """Between two nodes."""
+    return f'<edge id="{first}-{last}" from="{first}" to="{last}" numLanes="{lanes}" {more}>{inside}</edge>'
+
+
+def framed(config: Path) -> tuple[RoadFrame, tuple[Edge, ...]]:
+    """The ego's route, and its frame."""
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        edges = read_route(sumo, sumo.vehicle.getRoute("ego"), int(sumo.vehicle.getLaneID("ego").rpartition("_")[2]), "passenger")
+        return RoadFrame(sumo.lane, edges, main_column(edges), 0.9), edges

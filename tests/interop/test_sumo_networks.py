@@ -16,37 +16,21 @@ from mcdas_opt.interop.sumo.connection import started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, wait_for
 from mcdas_opt.interop.sumo.polylines import even
-from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
-from mcdas_opt.interop.sumo.route import Edge, lanes_inside, read_route
-from tests.interop.sumo_configuration import network
+from mcdas_opt.interop.sumo.road_frame import RoadFrame
+from mcdas_opt.interop.sumo.route import Edge, lanes_inside
+from tests.interop.sumo_configuration import edge, ego, framed, network
 
 pytest.importorskip("libsumo")
-
-
-def ego(*edges: str, lane: int = 0) -> str:
-    return f'<vehicle id="ego" depart="0" departLane="{lane}" departSpeed="10"><route edges="{" ".join(edges)}"/></vehicle>'
-
-
-def edge(first: str, last: str, lanes: int = 1, inside: str = "") -> str:
-    return f'<edge id="{first}-{last}" from="{first}" to="{last}" numLanes="{lanes}" speed="13.9">{inside}</edge>'
-
-
-def framed(config: Path) -> tuple[RoadFrame, tuple[Edge, ...]]:
-    """Of the ego's route."""
-    with started(config, 1) as sumo:
-        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
-        edges = read_route(sumo, sumo.vehicle.getRoute("ego"), int(sumo.vehicle.getLaneID("ego").rpartition("_")[2]), "passenger")
-        return RoadFrame(sumo.lane, edges, main_column(edges), 0.9), edges
 
 
 def off_m(frame: RoadFrame, edges: tuple[Edge, ...]) -> float:
     """How far, at most, the middles of the lanes of the base's column lie beside its line, but for 15 m from the ends of an edge."""
     found = [0.0]
-    for section, edge in zip(frame.sections, edges, strict=True):
-        shape = edge.nearest(frame.base).shape
+    for section, one in zip(frame.sections, edges, strict=True):
+        shape = one.nearest(frame.base).shape
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(shape, axis=0).T))])
         at = np.arange(15.0, along[-1] - 15.0, 5.0)
-        if edge.lane(frame.base) is not None and at.size:
+        if one.lane(frame.base) is not None and at.size:
             x, y = (np.interp(at, along, shape[:, k]) for k in (0, 1))
             _, d, _ = frame.to_road(x, y, np.zeros(at.size), near_s_m=0.5 * (section.begin_m + section.end_m))
             found.append(float(np.abs(d).max()))

@@ -230,7 +230,7 @@ class SumoDriver:
 
     def _between(self, first: Placed, last: Placed) -> Any:
         """Corners of a body at several places from one pose to another, in the plane of the road."""
-        poses = [self._frame.to_plane(one.s_m, one.d_m, one.heading_rad) for one in (first, last)]
+        poses = [self._frame.to_plane_without_steps(one.s_m, one.d_m, one.heading_rad) for one in (first, last)]
         share = np.linspace(0.0, 1.0, _ALONG)
         turn = math.remainder(poses[1][2] - poses[0][2], 2.0 * math.pi)
         x, y = (poses[0][k] + share * (poses[1][k] - poses[0][k]) for k in (0, 1))
@@ -276,7 +276,7 @@ class SumoDriver:
             ANGLE: vehicle.getAngle(self.ego),
             LENGTH: vehicle.getLength(self.ego),
         }
-        s, d, psi = self._frame.to_road(*centres([facts]), near_s_m=near_s_m)
+        s, d, psi = self._frame.to_road(*centres([facts]), near_s_m=near_s_m, length_m=self.vehicle.length_m)
         low, high = self.vehicle.acceleration_min_mps2, self.vehicle.acceleration_max_mps2
         return HostState(
             s_m=float(s[0]),

@@ -16,9 +16,9 @@ def length_m(shape: Array) -> float:
     return float(np.hypot(*np.diff(shape, axis=0).T).sum())
 
 
-def shifted(shape: Array, right_m: float) -> Array:
-    """The polyline moved to its right."""
-    if right_m == 0.0:
+def shifted(shape: Array, right_m: float | Array) -> Array:
+    """The polyline moved to its right: by as much everywhere, or by (n, 1) point by point."""
+    if not np.any(right_m):
         return shape
     way = np.gradient(shape, axis=0)
     way /= np.maximum(np.hypot(*way.T), 1e-9)[:, None]

@@ -22,6 +22,7 @@ from mcdas_opt.interop.sumo.connection import LaneDomain
 from mcdas_opt.interop.sumo.polylines import even, length_m, shifted
 from mcdas_opt.interop.sumo.road_line import line_along
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside
+from mcdas_opt.interop.sumo.sideways import SidewaysSteps
 
 _UNFOLDED = 1.2  # a bend's radius, at least, of what lies inside it: nearer to its centre a road would fold over itself
 _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
@@ -32,6 +33,7 @@ _SHORTEST_M, _SHORTEST_SHAPE_M = 0.1, 2.0  # of an edge; and of a lane whose sha
 _STRAY_M, _ASTRAY_M = 30.0, 10.0  # along and beside lanes that turn as no car does: a line that strays farther is none
 _TIGHT_1PM = 1.0 / 25.0
 _TURNING_M = 0.5  # of a junction's surface to either side of a lane that turns so tightly there; who waits beside it does not stand on it
+_SAME_M = 0.05  # of two stations: one
 _CLOSED_M = 1.0  # the least that is closed where a lane leads nowhere
 
 
@@ -61,17 +63,20 @@ class RoadFrame:
         self.lane_width_m = edges[0].nearest(base).width_m
         pieces = [self._middle(edge) for edge in edges]
         inside = [_through(lanes, edge, base) for edge in edges]
-        parts = (part for piece, through in zip(pieces, inside, strict=True) for part in (piece, *through))
-        line = even(part for part in parts if part is pieces[0] or length_m(part) > _SHORTEST_SHAPE_M)
+        steps = SidewaysSteps(pieces, [edge.nearest(base).limit_mps for edge in edges])
+        parts = [part for k, through in enumerate(inside) for part in (steps.passed(k), *(() if steps.at(k) else through))]
+        line = even([parts[0], *(part for part in parts[1:] if length_m(part) > _SHORTEST_SHAPE_M)])
         columns = [column for edge in edges for column in edge.columns]
         inside_m = ((k + 0.5) * self.lane_width_m + 2.0 * _TURNING_M for k in (base - min(columns), max(columns) - base))
         self.placement, self._knots = line_along(line, *(_UNFOLDED * m for m in inside_m))
         self._frame = FrenetFrame(
             road=Road(curvature=self._knots), s_min_m=-_BEYOND_M, s_max_m=self._knots[-1][0] + _BEYOND_M
         )  # fmt: skip
+        self._beside: tuple[Array, Array] | None = None
         ends = list(self._ends(pieces, inside))
         self.sections = tuple(Section(edge=edge, begin_m=begin, end_m=end) for edge, (begin, end) in zip(edges, ends, strict=True))
         self._begins = [section.begin_m for section in self.sections]
+        self._beside = self._beside_the_line(steps)
         self._turning = {k: self._nearest_on(k) for k in range(len(edges) - 1) if self._bends(self.sections[k].end_m, self._begins[k + 1])}
         self._road = lru_cache(maxsize=8)(self._window)
         self._refuse_strays(pieces)
@@ -80,12 +85,24 @@ class RoadFrame:
     def end_m(self) -> float:
         return self.sections[-1].end_m
 
-    def to_road(self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None) -> tuple[Array, Array, Array]:
-        """(s, d, heading relative to the road) of poses in SUMO's plane, yaw counter-clockwise from its x axis."""
-        return self._frame.to_road(*self.placement.to_frame(x, y, yaw), near_s_m=near_s_m)
+    def to_road(
+        self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None, length_m: Array | float = 0.0
+    ) -> tuple[Array, Array, Array]:
+        """(s, d, heading relative to the road) of poses in SUMO's plane, yaw counter-clockwise from its x axis. Bodies of that length stand
+        across a step sideways of all lanes, with their ends on the lanes."""
+        s, d, psi = self._frame.to_road(*self.placement.to_frame(x, y, yaw), near_s_m=near_s_m)
+        if self._beside is None:
+            return s, d, psi
+        half_m = 0.5 * length_m * np.cos(psi)
+        front_m, rear_m = self._beside_m(s + half_m), self._beside_m(s - half_m)
+        return s, d - 0.5 * (front_m + rear_m), psi - np.arctan2((front_m - rear_m) * np.cos(psi), np.maximum(length_m, 1e-9))
 
     def to_plane(self, s: float, d: float, psi: float) -> tuple[float, float, float]:
         """(x, y, yaw) in SUMO's plane."""
+        return self.to_plane_without_steps(s, d + float(self._beside_m(np.array(s))), psi)
+
+    def to_plane_without_steps(self, s: float, d: float, psi: float) -> tuple[float, float, float]:
+        """The same where the lanes made no steps sideways."""
         x, y, yaw = self._frame.to_plane(np.array(s), np.array(d), np.array(psi))
         return tuple(float(q) for q in self.placement.to_plane(x, y, yaw))  # type: ignore[return-value]
 
@@ -230,6 +247,24 @@ class RoadFrame:
             end_m = max(self._station(piece[-1], begin_m + length_m(piece)), begin_m + _SHORTEST_M)
             yield begin_m, end_m
             expected_m = end_m + sum(map(length_m, through))
+
+    def _beside_the_line(self, steps: SidewaysSteps) -> tuple[Array, Array] | None:
+        """Stations, and how far the lanes lie to the left of where the road has them: near steps sideways, which the line passes as a car
+        could; None without one."""
+        found: list[tuple[float, float]] = []
+        for k, points, along_m in steps.moved():
+            for point, at_m in zip(points, along_m, strict=True):
+                s, d, _ = self.to_road(point[:1], point[1:], np.zeros(1), near_s_m=self._begins[k] + float(at_m))
+                if not found or s[0] > found[-1][0] + _SAME_M:
+                    found.append((float(s[0]), float(d[0])))
+        if not found:
+            return None
+        stations, left_m = np.array(found).T
+        return stations, left_m
+
+    def _beside_m(self, s: Array) -> Array:
+        """How far the lanes lie to the left of where the road has them."""
+        return np.zeros(s.shape) if self._beside is None else np.interp(s, *self._beside)
 
     def _refuse_strays(self, pieces: Sequence[Array]) -> None:
         """Raises `InputError` where the line cannot stay with the lanes."""

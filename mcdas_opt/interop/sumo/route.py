@@ -85,6 +85,13 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
     for k, name in enumerate(route):
         last = k + 1 == len(route)
         links = {i: _links(sumo.lane, f"{name}_{i}", None if last else route[k + 1]) for i in range(sumo.edge.getLaneNumber(name))}
+        usual, others = Counter[int](), Counter[int]()  # links that the vehicle may use, and such as are for others alone
+        for i, ahead in links.items():
+            for to, _ in ahead:
+                own = all(_may_use(sumo.lane, lane, vehicle_class) for lane in (f"{name}_{i}", f"{route[k + 1]}_{to}"))
+                (usual if own else others)[i - to] += 1
+        shifts = usual or others
+        behind = shifts.most_common(1)[0][0] if shifts else 0
         lanes = [
             Lane(
                 id=f"{name}_{i}",
@@ -93,7 +100,7 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
                 width_m=float(sumo.lane.getWidth(f"{name}_{i}")),
                 limit_mps=float(sumo.lane.getMaxSpeed(f"{name}_{i}")),
                 goes_on=last or bool(ahead),
-                via=ahead[0][1] if ahead else "",
+                via=min(ahead, key=lambda link: abs(i - link[0] - behind), default=(0, ""))[1],
             )
             for i, ahead in sorted(links.items(), key=lambda one: to_left * one[0])
             if _may_use(sumo.lane, f"{name}_{i}", vehicle_class)
@@ -104,15 +111,9 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
         found.append(Edge(id=name, lanes=usable, oncoming=_oncoming(usable, sumo.lane, shapes, to_left)))
         if last:
             break
-        usual, others = Counter[int](), Counter[int]()  # links that the vehicle may use, and such as are for others alone
-        for i, ahead in links.items():
-            for to, _ in ahead:
-                own = all(_may_use(sumo.lane, lane, vehicle_class) for lane in (f"{name}_{i}", f"{route[k + 1]}_{to}"))
-                (usual if own else others)[to_left * (i - to) + offset] += 1
-        shifts = usual or others
         if not shifts:
             raise InputError("SUMO network", name, None, f"no lane leads from it to {route[k + 1]}")
-        offset = shifts.most_common(1)[0][0]
+        offset += to_left * behind
     return tuple(found)
 
 

@@ -66,7 +66,7 @@ class Traffic:
             self._seen.clear()
             return ()
         x, y, yaw = centres(near.values())
-        s, d, psi = frame.to_road(x, y, yaw, near_s_m=s_m)
+        s, d, psi = frame.to_road(x, y, yaw, near_s_m=s_m, length_m=np.array([float(facts[LENGTH]) for facts in near.values()]))
         bodies, kept = [], {}
         for k, (name, facts) in enumerate(near.items()):
             at_m, across_m, heading = float(s[k]), float(d[k]), math.remainder(float(psi[k]), 2.0 * math.pi)
