@@ -32,6 +32,7 @@ HARDEST_MPS2 = 1e4  # beyond is no number of traffic
 FASTEST_TURN_RADPS = 1e3  # nor this
 ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's direction, or the opposite one, follows the road
 CROSSING_MPS = 1.0
+_CREEPING_MPS, _ASLANT_M = 1.5, 0.25  # who is slower stays as he is turned; what his body then takes to either side counts from so much on
 _SEEN_MPS2, _SEEN_SIGMAS = 1.0, 2.0  # braking that is seen, and in standard deviations
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _AS_A_CAR_M = (4.5, 1.8)
@@ -61,7 +62,8 @@ class Track(EqualByValue):
     without one (None) it is not known, and the number says nothing. That across counts of who does not follow the road alone.
 
     `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
-    turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
+    turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. Who stands, or creeps, with less is taken as it is
+    turned: a lorry across the line does not straighten there. None: not known, it counts as aligned with the road.
     At most a full turn; beyond half a turn it is counted the other way round.
     `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
     the number says nothing.
@@ -168,16 +170,26 @@ class Track(EqualByValue):
         return self.is_turned and abs(self.speed_d_mps) > CROSSING_MPS
 
     @property
+    def lies_aslant(self) -> bool:
+        """Whether its body has to be taken as it is turned: it does not follow the road, or it hardly moves and reaches clearly farther
+        across the road than it is wide."""
+        if self.heading_rad is None or self.is_turned:
+            return self.is_turned
+        sine = abs(math.sin(self.heading_rad))
+        wider_m = self.length_m * sine - self.width_m * (1.0 - math.sqrt(1.0 - sine * sine))
+        return wider_m > 2.0 * _ASLANT_M and math.hypot(self.speed_s_mps, self.speed_d_mps) < _CREEPING_MPS
+
+    @property
     def along_m(self) -> float:
         """How much of the road's length its body takes, as it is turned."""
-        if self.heading_rad is None or not self.is_turned:
+        if self.heading_rad is None or not self.lies_aslant:
             return self.length_m
         return self.length_m * abs(math.cos(self.heading_rad)) + self.width_m * abs(math.sin(self.heading_rad))
 
     @property
     def across_m(self) -> float:
         """How much of the road's width its body takes, as it is turned."""
-        if self.heading_rad is None or not self.is_turned:
+        if self.heading_rad is None or not self.lies_aslant:
             return self.width_m
         return self.length_m * abs(math.sin(self.heading_rad)) + self.width_m * abs(math.cos(self.heading_rad))
 

@@ -308,7 +308,7 @@ def _has_come_nearer(track: Track, was: Track, elapsed_s: float, host: HostState
 
 def _depth_in_host(track: Track, host: HostState, vehicle: Vehicle) -> tuple[float, float] | None:
     """How deep its body overlaps the host's along and across the road [m]; None where it does not."""
-    if track.is_turned and _apart(track, host, vehicle):
+    if track.lies_aslant and _apart(track, host, vehicle):
         return None
     ahead, aside, longest = abs(track.s_m - host.s_m), abs(track.d_m - host.d_m), track.length_m + vehicle.length_m
     if ahead > longest or aside > longest:

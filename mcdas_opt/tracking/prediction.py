@@ -61,9 +61,9 @@ def predict(
     ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it keeps its velocity and its
-    heading, or ends its turn; once more, if it clearly pulls away. So is, besides, whoever is known to head along a road that turns as
-    tightly as at a crossing, and may go straight on there. Who comes towards the host there either goes straight on or keeps to his lane's
-    turn, settling soon: his speed across the road is that of cutting the turn, not of changing lanes.
+    heading, or ends its turn; once more, if it clearly pulls away. So is, besides, who stands or creeps aslant, and whoever is known to
+    head along a road that turns as tightly as at a crossing, and may go straight on there. Who comes towards the host there either goes
+    straight on or keeps to his lane's turn, settling soon: his speed across the road is that of cutting the turn, not of changing lanes.
 
     Who clearly turns with the road (`turns_with`) does not go straight on; who clearly turns back into its direction settles as soon as
     that takes (`settling_s`).
@@ -82,8 +82,9 @@ def predict(
             continue
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
-        if meets_a_turn and road is not None and not turns_with(track, road):
-            bodies.append(_free(track, settings, _free_motion(track, road), Variant.STRAIGHT_ON.of(track.id)))
+        is_too_fast = meets_a_turn and road is not None and not turns_with(track, road)
+        if is_too_fast or track.lies_aslant:
+            bodies.append(_free(track, settings, _free_motion(track, road or Road()), Variant.STRAIGHT_ON.of(track.id)))
         drifting = CruisingBody(
             id=track.id,
             length_m=track.length_m,
