@@ -81,7 +81,7 @@ def test_what_a_car_can_follow_is_left_as_it_is(left_m: float, slope: float, tur
     steps = SidewaysSteps(pieces, [20.0, 20.0])
     assert not steps.at(0)
     assert steps.passed(0) is pieces[0]
-    assert not list(steps.moved())
+    assert not list(steps.moved([[], []]))
 
 
 def test_lanes_are_where_the_road_has_them_from_end_to_end(tmp_path: Path) -> None:
@@ -100,9 +100,12 @@ def test_places_come_back_through_a_step(tmp_path: Path) -> None:
 
 
 def test_the_vehicle_drives_straight_on_beside_others_through_a_step(tmp_path: Path) -> None:
-    beside = '<vehicle id="beside" depart="0" departLane="1" departPos="6" departSpeed="20"><route edges="a-b b-c c-d"/></vehicle>'
+    lorry = '<vType id="lorry" length="16.5" width="2.5" maxSpeed="22" lcKeepRight="0"/>'
+    beside = (
+        '<vehicle id="beside" type="lorry" depart="0" departLane="1" departPos="20" departSpeed="20"><route edges="a-b b-c c-d"/></vehicle>'
+    )
     ahead = '<vehicle id="ahead" depart="0" departLane="0" departPos="60" departSpeed="20"><route edges="a-b b-c c-d"/></vehicle>'
-    config = widening(tmp_path, beside + ahead)
+    config = widening(tmp_path, lorry + beside + ahead)
     with started(config, 1) as sumo:
         wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
         driver, seen, hardest_mps2 = SumoDriver(sumo, "ego"), set(), 0.0
@@ -113,6 +116,7 @@ def test_the_vehicle_drives_straight_on_beside_others_through_a_step(tmp_path: P
             for track in driver.situation().tracks:
                 seen.add(track.id)
                 assert abs(track.speed_d_mps) < 3.0
+                assert track.heading_rad is None or abs(track.heading_rad) < 0.1
     assert seen == {"beside", "ahead"}
     assert driver.ended == "arrived"
     assert not driver.contacts

@@ -34,6 +34,7 @@ _STRAY_M, _ASTRAY_M = 30.0, 10.0  # along and beside lanes that turn as no car d
 _TIGHT_1PM = 1.0 / 25.0
 _TURNING_M = 0.5  # of a junction's surface to either side of a lane that turns so tightly there; who waits beside it does not stand on it
 _SAME_M = 0.05  # of two stations: one
+_JUMPS_M, _ALONG = 0.5, 0.8  # from a body's front to its rear; and the cosine of its angle to the road, at least
 _CLOSED_M = 1.0  # the least that is closed where a lane leads nowhere
 
 
@@ -76,7 +77,7 @@ class RoadFrame:
         ends = list(self._ends(pieces, inside))
         self.sections = tuple(Section(edge=edge, begin_m=begin, end_m=end) for edge, (begin, end) in zip(edges, ends, strict=True))
         self._begins = [section.begin_m for section in self.sections]
-        self._beside = self._beside_the_line(steps)
+        self._beside = self._beside_the_line(steps, inside)
         self._turning = {k: self._nearest_on(k) for k in range(len(edges) - 1) if self._bends(self.sections[k].end_m, self._begins[k + 1])}
         self._road = lru_cache(maxsize=8)(self._window)
         self._refuse_strays(pieces)
@@ -88,14 +89,23 @@ class RoadFrame:
     def to_road(
         self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None, length_m: Array | float = 0.0
     ) -> tuple[Array, Array, Array]:
-        """(s, d, heading relative to the road) of poses in SUMO's plane, yaw counter-clockwise from its x axis. Bodies of that length stand
-        across a step sideways of all lanes, with their ends on the lanes."""
+        """(s, d, heading relative to the road) of poses in SUMO's plane, yaw counter-clockwise from its x axis.
+
+        Bodies of that length drive across a step sideways of all lanes with their front bumper on its lane; what SUMO says of their
+        angle there is of the jump."""
         s, d, psi = self._frame.to_road(*self.placement.to_frame(x, y, yaw), near_s_m=near_s_m)
         if self._beside is None:
             return s, d, psi
-        half_m = 0.5 * length_m * np.cos(psi)
-        front_m, rear_m = self._beside_m(s + half_m), self._beside_m(s - half_m)
-        return s, d - 0.5 * (front_m + rear_m), psi - np.arctan2((front_m - rear_m) * np.cos(psi), np.maximum(length_m, 1e-9))
+        half_m = np.broadcast_to(0.5 * length_m, s.shape)
+        along_m, across_m = half_m * np.cos(psi), half_m * np.sin(psi)
+        front_m, rear_m = self._beside_m(s + along_m), self._beside_m(s - along_m)
+        turned = psi - np.arctan2((front_m - rear_m) * np.cos(psi), np.maximum(2.0 * half_m, 1e-9))
+        jumps = (np.abs(front_m - rear_m) > _JUMPS_M) & (np.cos(psi) > _ALONG)
+        return (
+            np.where(jumps, s + along_m - half_m, s),
+            np.where(jumps, d + across_m - front_m, d - 0.5 * (front_m + rear_m)),
+            np.where(jumps, 0.0, turned),
+        )
 
     def to_plane(self, s: float, d: float, psi: float) -> tuple[float, float, float]:
         """(x, y, yaw) in SUMO's plane."""
@@ -248,11 +258,11 @@ class RoadFrame:
             yield begin_m, end_m
             expected_m = end_m + sum(map(length_m, through))
 
-    def _beside_the_line(self, steps: SidewaysSteps) -> tuple[Array, Array] | None:
+    def _beside_the_line(self, steps: SidewaysSteps, inside: Sequence[Sequence[Array]]) -> tuple[Array, Array] | None:
         """Stations, and how far the lanes lie to the left of where the road has them: near steps sideways, which the line passes as a car
         could; None without one."""
         found: list[tuple[float, float]] = []
-        for k, points, along_m in steps.moved():
+        for k, points, along_m in steps.moved(inside):
             for point, at_m in zip(points, along_m, strict=True):
                 s, d, _ = self.to_road(point[:1], point[1:], np.zeros(1), near_s_m=self._begins[k] + float(at_m))
                 if not found or s[0] > found[-1][0] + _SAME_M:

@@ -59,14 +59,18 @@ class SidewaysSteps:
         points, at_m = self._sampled(k)
         return points if points is self._pieces[k] else shifted(points, -self._left_m(at_m)[:, None])
 
-    def moved(self) -> Iterator[tuple[int, Array, Array]]:
-        """(k, points, stations along piece k [m]) of the pieces where that line is not with the lanes, there and a little farther."""
+    def moved(self, inside: Sequence[Sequence[Array]]) -> Iterator[tuple[int, Array, Array]]:
+        """(k, points, stations along piece k [m]) where that line is not with the lanes, and a little farther: of the pieces, and of the
+        lanes `inside` the junction behind each, where there is a step."""
         for k in range(len(self._pieces)):
             points, at_m = self._sampled(k)
             off = np.abs(self._left_m(at_m)) > _SMALL_M
             if off.any():
                 kept = off | np.append(off[1:], False) | np.append(False, off[:-1])
                 yield k, points[kept], at_m[kept] - self._begins_m[k]
+            if k in self._steps:
+                for through in inside[k]:
+                    yield k, through, np.full(len(through), self._steps[k].at_m - self._begins_m[k])
 
     def _sampled(self, k: int) -> tuple[Array, Array]:
         """Points and their stations along all pieces: more of them near a step."""
