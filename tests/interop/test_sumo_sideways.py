@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,10 +27,12 @@ NODES = {"a": (0.0, 0.0), "b": (400.0, 0.0), "c": (800.0, 0.0), "d": (1200.0, 0.
 NAMES = ("a-b", "b-c", "c-d")
 
 
-def widening(folder: Path, others: str = "", lane: int = 0) -> Path:
-    """Two lanes, then three, then two, each time around the same middle: all step sideways by half a lane."""
-    edges = [edge(*name.split("-"), lanes, more=CENTRED) for name, lanes in zip(NAMES, (2, 3, 2), strict=True)]
-    return network(folder, NODES, edges, ego(*NAMES, lane=lane) + others)
+def widening(folder: Path, others: str = "", lanes: int = 3) -> Path:
+    """Two lanes, then more, then two, each time around the same middle: all step sideways, by half a lane for each that begins."""
+    edges = [edge(*name.split("-"), number, more=CENTRED) for name, number in zip(NAMES, (2, lanes, 2), strict=True)]
+    links = [f'<connection from="{a}" to="{b}" fromLane="{i}" toLane="{i}"/>' for a, b in pairwise(NAMES) for i in (0, 1)]
+    (folder / "own.con.xml").write_text(f"<connections>{''.join(links)}</connections>", "utf-8")
+    return network(folder, NODES, edges, ego(*NAMES) + others, "-x", "own.con.xml")
 
 
 def off_m(frame: RoadFrame, route: tuple[Edge, ...]) -> float:
@@ -99,13 +102,14 @@ def test_places_come_back_through_a_step(tmp_path: Path) -> None:
         np.testing.assert_allclose([float(one[0]) for one in back], [s, 0.7, 0.05], atol=1e-6)
 
 
-def test_the_vehicle_drives_straight_on_beside_others_through_a_step(tmp_path: Path) -> None:
+@pytest.mark.parametrize("lanes", [3, 4])
+def test_the_vehicle_drives_straight_on_beside_others_through_a_step(lanes: int, tmp_path: Path) -> None:
     lorry = '<vType id="lorry" length="16.5" width="2.5" maxSpeed="22" lcKeepRight="0"/>'
     beside = (
         '<vehicle id="beside" type="lorry" depart="0" departLane="1" departPos="20" departSpeed="20"><route edges="a-b b-c c-d"/></vehicle>'
     )
     ahead = '<vehicle id="ahead" depart="0" departLane="0" departPos="60" departSpeed="20"><route edges="a-b b-c c-d"/></vehicle>'
-    config = widening(tmp_path, lorry + beside + ahead)
+    config = widening(tmp_path, lorry + beside + ahead, lanes)
     with started(config, 1) as sumo:
         wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
         driver, seen, hardest_mps2 = SumoDriver(sumo, "ego"), set(), 0.0
