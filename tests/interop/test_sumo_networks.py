@@ -76,6 +76,43 @@ def test_who_comes_down_a_ramp_that_crosses_the_route_is_seen(tmp_path: Path) ->
     assert on_loop
 
 
+def test_who_stays_on_the_road_that_an_exit_crosses_is_not_in_the_way(tmp_path: Path) -> None:
+    # the exit leaves to the right, and crosses over the road that it has left; that road's next edge begins at the exit's junction
+    nodes = {"west": (-200.0, 0.0), "out": (0.0, 0.0), "east": (500.0, 0.0), "north": (200.0, 300.0)}
+    exit_road = '<edge id="exit" from="out" to="north" numLanes="1" speed="13.9" shape="0,0 40,-8 100,-20 150,-15 180,20 195,80 200,300"/>'
+    others = (
+        """<flow id="stays" begin="0" end="60" period="2" departSpeed="max" departLane="free"><route edges="west-out out-east"/></flow>"""
+    )
+    edges = [edge("west", "out", 2), edge("out", "east", 2), exit_road]
+    config = network(tmp_path, nodes, edges, ego("west-out", "exit") + others)
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        driver, before, crossing = SumoDriver(sumo, "ego"), set(), set()
+        while driver.step():
+            for other in driver.snapshots[-1].others:
+                far_m = sumo.vehicle.getLanePosition(other.id) if sumo.vehicle.getRoadID(other.id) == "out-east" else 0.0
+                (crossing if far_m > 50.0 else before).add(other.id)
+    assert len(before) >= 2
+    assert not crossing
+    assert driver.ended == "arrived"
+
+
+def test_who_comes_up_on_the_road_that_is_joined_is_seen_once_the_route_has_crossed_it(tmp_path: Path) -> None:
+    # the way in crosses over the road, and joins it from its other side
+    nodes = {"south": (150.0, -200.0), "west": (-200.0, 0.0), "join": (500.0, 0.0), "east": (800.0, 0.0)}
+    way_in = '<edge id="in" from="south" to="join" numLanes="1" speed="13.9" shape="150,-200 150,60 180,110 230,100 300,40 400,8 500,0"/>'
+    others = '<flow id="along" begin="0" end="60" period="2" departSpeed="max"><route edges="west-join join-east"/></flow>'
+    config = network(tmp_path, nodes, [edge("west", "join"), edge("join", "east"), way_in], ego("in", "join-east") + others)
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        driver, below, beside = SumoDriver(sumo, "ego"), set(), set()
+        while driver.step() and sumo.vehicle.getRoadID("ego") == "in":
+            there = {other.id for other in driver.snapshots[-1].others if sumo.vehicle.getRoadID(other.id) == "west-join"}
+            (below if sumo.vehicle.getLanePosition("ego") < 190.0 else beside).update(there)
+    assert not below
+    assert len(beside) >= 2
+
+
 def test_who_comes_to_a_junction_of_the_route_is_seen(tmp_path: Path) -> None:
     nodes = {**CROSSED, "middle": (150.0, 0.0)}
     edges = [edge("west", "middle"), edge("middle", "east"), edge("south", "middle"), edge("middle", "north")]
@@ -197,3 +234,14 @@ def test_lanes_of_oncoming_traffic_on_edges_that_meet_make_a_road(tmp_path: Path
     road = frame.road_at(30.0)
     assert road.lane_width_at(1, 30.0) == pytest.approx(3.2)
     assert road.lane_width_at(1, 90.0) == pytest.approx(3.2)
+
+
+def test_a_long_edge_that_turns_is_a_road(tmp_path: Path) -> None:
+    # a loop of 760 m in one edge: more than the 300 m around a place within which its foot on the line is looked for
+    turns = [(120.0 * math.sin(u), 120.0 * (1.0 - math.cos(u))) for u in np.linspace(0.1, 1.5 * math.pi, 60)]
+    shape = " ".join(f"{x:.2f},{y:.2f}" for x, y in [(-100.0, 0.0), (0.0, 0.0), *turns, (-120.0, 0.0)])
+    nodes = {"a": (-100.0, 0.0), "b": (-120.0, 0.0), "c": (-120.0, -200.0)}
+    loop = f'<edge id="a-b" from="a" to="b" numLanes="1" speed="13.9" shape="{shape}"/>'
+    frame, route = framed(network(tmp_path, nodes, [loop, edge("b", "c")], ego("a-b", "b-c")))
+    assert frame.end_m > 850.0
+    assert off_m(frame, route) < 0.5

@@ -279,9 +279,11 @@ class RoadFrame:
     def _refuse_strays(self, pieces: Sequence[Array]) -> None:
         """Raises `InputError` where the line cannot stay with the lanes."""
         for section, piece in zip(self.sections, pieces, strict=True):
-            s, d, _ = self.to_road(piece[:, 0], piece[:, 1], np.zeros(len(piece)), near_s_m=section.end_m)
-            if float(np.abs(d).max()) > _ASTRAY_M or abs(float(s[-1]) - section.end_m) > _STRAY_M:
-                raise InputError("SUMO network", section.edge.id, None, "is off the route's line, which turns back here as no car does")
+            share = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(piece, axis=0).T))]) / length_m(piece)
+            for point, at_m in zip(piece, section.begin_m + share * (section.end_m - section.begin_m), strict=True):
+                s, d, _ = self.to_road(point[:1], point[1:], np.zeros(1), near_s_m=float(at_m))
+                if abs(float(d[0])) > _ASTRAY_M or abs(float(s[0] - at_m)) > _STRAY_M:
+                    raise InputError("SUMO network", section.edge.id, None, "is off the route's line, which turns back here as no car does")
 
     def _station(self, point: Array, expected_m: float) -> float:
         """Of a point of the line: found near where it should be, or there. A route may come back beside itself."""

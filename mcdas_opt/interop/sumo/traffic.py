@@ -75,7 +75,10 @@ class Traffic:
                 not -self.look_m[1] <= at_m - s_m <= self.look_m[0]
                 or stretch < LEAST_STRETCH_MEASURED
                 or not _is_near(frame, at_m, across_m, facts)
-                or (_edge(facts) != frame.section_at(at_m).edge.id and self.levels.on_another(str(facts[LANE_ID])))
+                or (
+                    _edge(facts) != frame.section_at(at_m).edge.id
+                    and self.levels.on_another(str(facts[LANE_ID]), np.array([x[k], y[k]]), s_m, frame.sections)
+                )
             ):
                 continue
             seen = self._seen.get(name) or _Seen(first_s=time_s, kind=self._kind(name, facts))
