@@ -68,6 +68,50 @@ def test_an_ending_lane_is_left_in_time_and_calmly(tmp_path: Path, speed: float)
     assert drive.max_lateral_acceleration_mps2 < 2.0
 
 
+THREE_LANES = """
+duration_s = 24.0
+[road]
+lanes_left = 2
+[[road.lane]]
+lane = 1
+closed_m = [[{end}, 1e5]]
+[[road.lane]]
+lane = 2
+closed_m = [[{end}, 1e5]]
+[host]
+d_m = 7.4
+speed_mps = {speed}
+"""
+
+
+@pytest.mark.parametrize("speed", [8.0, 20.0, 33.0])
+def test_a_lane_is_left_for_one_that_lies_beyond_another_that_ends_with_it(tmp_path: Path, speed: float) -> None:
+    path = tmp_path / "three.toml"
+    path.write_text(THREE_LANES.format(end=18.0 * speed, speed=speed), "utf-8")
+    drive = simulate(load_scene(path))
+    assert (drive.outcome.value, drive.fallbacks, drive.unavoidable) == ("safe", 0, 0)
+    assert drive.trajectory.d_m[-1] == pytest.approx(0.0, abs=0.1)
+    assert float(drive.trajectory.speed_mps.min()) > 0.9 * speed
+
+
+def test_the_more_changes_it_takes_the_sooner_a_lane_is_left() -> None:
+    lanes = tuple(Lane(lane=k, closed_m=((400.0, 1e4),)) for k in (1, 2, 3))
+    road, vehicle = Road(lanes_left=3, lanes=lanes), Vehicle()
+    left = {}
+    for lane in (1, 2, 3):
+        host = HostState(s_m=0.0, d_m=lane * road.lane_width_m, speed_mps=20.0)
+        left[lane] = required_lane(Situation(host=host, road=road, coverage=Coverage()), vehicle)
+    assert {lane: (one.side, one.left_s, one.end_m) for lane, one in left.items() if one} == {
+        lane: (Side.RIGHT, pytest.approx(20.0 / lane), 400.0) for lane in (1, 2, 3)
+    }
+    beside = replace(road, lanes=(*lanes[:2], Lane(lane=3)))
+    nearer = required_lane(
+        Situation(host=HostState(d_m=2.0 * road.lane_width_m, speed_mps=20.0), road=beside, coverage=Coverage()), vehicle
+    )
+    assert nearer is not None
+    assert (nearer.side, nearer.left_s) == (Side.LEFT, pytest.approx(20.0))
+
+
 def test_the_shipped_one_is_left_behind_or_ahead_of_the_other_with_a_headway_that_nobody_has_to_brake_for() -> None:
     drive = simulate(load_scene("lane-ends"))
     assert (drive.outcome.value, drive.fallbacks, drive.unavoidable) == ("safe", 0, 0)

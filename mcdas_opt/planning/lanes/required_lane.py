@@ -13,6 +13,7 @@ from mcdas_opt.planning.lanes.neighbours import in_lane
 
 AHEAD_S, AHEAD_M = 20.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
 ADAPTING_S = 12.0  # before a destination speed is adapted to a gap; until then one that comes by itself is taken
+_MOST_CHANGES = 3  # to the lane that leads on
 _FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
 
 
@@ -51,25 +52,29 @@ def _to_the_destination(situation: Situation, lane: int) -> RequiredLane | None:
 
 
 def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLane | None:
+    """Towards the lane that leads on farthest; where others lie between, the sooner, the more changes it takes."""
     road, host = situation.road, situation.host
     if not road.lanes:
         return None
     end = road.lane_ends_m(lane, host.s_m, vehicle.width_m)
-    if end > host.s_m + max(AHEAD_S * host.speed_mps, AHEAD_M):
+    soon_m = max(AHEAD_S * host.speed_mps, AHEAD_M)
+    if end > host.s_m + _MOST_CHANGES * soon_m:
         return None
-    best, farthest = Side.NONE, max(end, host.s_m) + _FARTHER_M
-    for side, next_lane in ((Side.LEFT, lane + 1), (Side.RIGHT, lane - 1)):
-        if not road.goes_on(next_lane, host.s_m, host.speed_mps):
-            continue
-        reached = road.lane_ends_m(next_lane, host.s_m, vehicle.width_m)
-        if reached > farthest:
-            best, farthest = side, reached
-    if best is Side.NONE:
+    best, changes, farthest = Side.NONE, 1, max(end, host.s_m) + _FARTHER_M
+    for side in (Side.LEFT, Side.RIGHT):
+        for k in range(1, _MOST_CHANGES + 1):
+            next_lane = lane + k * side.sign
+            if not road.goes_on(next_lane, host.s_m, host.speed_mps):
+                break
+            reached = road.lane_ends_m(next_lane, host.s_m, vehicle.width_m)
+            if reached > farthest or (best is not Side.NONE and reached == farthest and k < changes):
+                best, changes, farthest = side, k, reached
+    if best is Side.NONE or end > host.s_m + changes * soon_m:
         return None
     if road.is_for_others(lane):
         return RequiredLane(best, ADAPTING_S, own_lane_is_undrivable=True)
     end = max(end, host.s_m)
-    return RequiredLane(best, (end - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
+    return RequiredLane(best, (end - host.s_m) / (changes * max(host.speed_mps, AHEAD_M / AHEAD_S)), end)
 
 
 def beside(situation: Situation, side: Side) -> list[Track]:
