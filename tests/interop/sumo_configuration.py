@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.interop.sumo.columns import main_column
 from mcdas_opt.interop.sumo.connection import started
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, wait_for
-from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
+from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.interop.sumo.route import Edge, read_route
 
 sumo = pytest.importorskip("sumo")

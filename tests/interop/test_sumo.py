@@ -26,11 +26,12 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.sumo_campaign import lines, markdown, summarise
+from mcdas_opt.interop.sumo.columns import main_column
 from mcdas_opt.interop.sumo.connection import Connection, SumoError, started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
 from mcdas_opt.interop.sumo.record import Cause, caused_by
-from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
+from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.interop.sumo.route import Edge, OncomingLane, keeps_left, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments

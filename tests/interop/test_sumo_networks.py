@@ -245,3 +245,25 @@ def test_a_long_edge_that_turns_is_a_road(tmp_path: Path) -> None:
     frame, route = framed(network(tmp_path, nodes, [loop, edge("b", "c")], ego("a-b", "b-c")))
     assert frame.end_m > 850.0
     assert off_m(frame, route) < 0.5
+
+
+def test_an_exit_two_lanes_over_is_taken_and_the_way_on_two_lanes_back(tmp_path: Path) -> None:
+    nodes = {"a": (0.0, 0.0), "b": (600.0, 0.0), "c": (700.0, -8.0), "d": (1000.0, -8.0), "e": (1200.0, -8.0), "far": (1500.0, 60.0)}
+    lanes = {"a-b": 3, "b-c": 1, "c-d": 3, "d-e": 1, "b-far": 2}
+    edges = [edge(*name.split("-"), number, more='speed="13.9" spreadType="center"') for name, number in lanes.items()]
+    ways = (("a-b", "b-c", 0, 0), ("a-b", "b-far", 1, 0), ("a-b", "b-far", 2, 1), ("b-c", "c-d", 0, 0), ("c-d", "d-e", 2, 0))
+    links = "".join(f'<connection from="{a}" to="{b}" fromLane="{i}" toLane="{j}"/>' for a, b, i, j in ways)
+    (tmp_path / "own.con.xml").write_text(f"<connections>{links}</connections>", "utf-8")
+    route = ("a-b", "b-c", "c-d", "d-e")
+    config = network(tmp_path, nodes, edges, ego(*route, lane=2), "-x", "own.con.xml")
+    with started(config, 1) as sumo:
+        wait_for(sumo, EpisodeSettings(config=config, ego="ego"))
+        driver, least_mps, roads = SumoDriver(sumo, "ego"), math.inf, set()
+        for _ in range(1000):
+            if not driver.step():
+                break
+            least_mps = min(least_mps, driver.snapshots[-1].host.speed_mps)
+            roads |= {sumo.vehicle.getLaneID("ego")}
+    assert {"a-b_0", "b-c_0", "c-d_0", "c-d_2", "d-e_0"} <= roads
+    assert driver.ended == "arrived"
+    assert least_mps > 6.0

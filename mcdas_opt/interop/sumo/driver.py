@@ -21,10 +21,11 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.rectangle import corners, separation
+from mcdas_opt.interop.sumo.columns import column_past_others, main_column
 from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connection, asking
 from mcdas_opt.interop.sumo.levels import Levels
 from mcdas_opt.interop.sumo.record import Contact, SumoSummary, caused_by
-from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
+from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.interop.sumo.route import keeps_left, read_route
 from mcdas_opt.interop.sumo.stop_lines import next_stop_line_m
 from mcdas_opt.interop.sumo.traffic import Traffic, centres
@@ -187,15 +188,16 @@ class SumoDriver:
         self._sumo.vehicle.moveToXY(self.ego, "", -1, *at, 90.0 - math.degrees(yaw), keepRoute=1, matchThreshold=100.0)
 
     def _move_base(self, planner: Planner) -> None:
-        """Lane 0 of the road moves to the host's lane where there is none of the old one's any more, once the host is settled: then
-        everything begins anew."""
+        """Lane 0 of the road moves to the host's lane where there is none of the old one's any more, and to the lane that leads on where
+        that lies beyond another that ends, once the host is settled: then everything begins anew."""
         frame, state = self._frame, self._state
         column = frame.column_at(state.s_m, state.d_m)
         gone = frame.base not in frame.section_at(state.s_m).edge.columns
+        base = column_past_others(frame.edges_from(state.s_m), column if gone else frame.base)
         calm = self._plan is None or self._plan.side is Side.NONE
-        if gone and calm and abs(state.d_m - frame.centre_m(column, state.s_m)) < _SETTLED_M:
+        if base != frame.base and calm and abs(state.d_m - frame.centre_m(column, state.s_m)) < _SETTLED_M:
             x, y, yaw = frame.to_plane(state.s_m, state.d_m, state.heading_rad)
-            self._frame = RoadFrame(self._sumo.lane, self._edges, column, self._friction)
+            self._frame = RoadFrame(self._sumo.lane, self._edges, base, self._friction)
             s, d, psi = self._frame.to_road(np.array([x]), np.array([y]), np.array([yaw]), near_s_m=state.s_m)
             self._state = replace(state, s_m=float(s[0]), d_m=float(d[0]), heading_rad=math.remainder(float(psi[0]), 2.0 * math.pi))
             planner.reset()
@@ -262,7 +264,7 @@ class SumoDriver:
         if not route or edge != route[0]:
             raise InputError("SUMO", "ego", self.ego, f"is not on an edge of its route yet, but on {lane or 'none'}")
         self._edges = read_route(self._sumo, route, int(index), vehicle.getVehicleClass(self.ego))
-        return RoadFrame(self._sumo.lane, self._edges, main_column(self._edges), self._friction)
+        return RoadFrame(self._sumo.lane, self._edges, column_past_others(self._edges, main_column(self._edges)), self._friction)
 
     def _road(self) -> Road:
         """As it is where the host is now."""

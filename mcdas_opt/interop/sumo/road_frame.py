@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections import Counter
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -45,15 +44,6 @@ class Section:
     edge: Edge
     begin_m: float
     end_m: float
-
-
-def main_column(edges: Sequence[Edge]) -> int:
-    """The column that goes along most of the route; of several the one nearest to 0."""
-    along_m: Counter[int] = Counter()
-    for edge in edges:
-        for column in edge.columns:
-            along_m[column] += round(length_m(edge.nearest(column).shape))
-    return min(along_m, key=lambda column: (-along_m[column], abs(column), column))
 
 
 class RoadFrame:
@@ -122,6 +112,10 @@ class RoadFrame:
     def section_at(self, s_m: float) -> Section:
         """What lies between two edges belongs to the one before."""
         return self.sections[max(bisect_right(self._begins, s_m) - 1, 0)]
+
+    def edges_from(self, s_m: float) -> list[Edge]:
+        """The route's edges from that place on."""
+        return [section.edge for section in self.sections[max(bisect_right(self._begins, s_m) - 1, 0) :]]
 
     def column_at(self, s_m: float, d_m: float) -> int:
         """Of the lanes that there are."""
