@@ -9,6 +9,7 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.interop.sumo.connection import Connection
+from mcdas_opt.interop.sumo.polylines import stations_m
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside
 
 if TYPE_CHECKING:
@@ -26,12 +27,13 @@ class _Crossing(NamedTuple):
 
 
 class _Lane(NamedTuple):
-    """`leaves` and `joins`: its edge begins at a junction of the route, ends at one."""
+    """`leaves` and `joins`: its edge begins at a junction of the route, ends at one. `ahead`: where it leads, if neither."""
 
     shape: Array
     leaves: bool
     joins: bool
     crossings: tuple[_Crossing, ...]
+    ahead: tuple[str, ...]
 
 
 class Levels:
@@ -49,7 +51,7 @@ class Levels:
         only where they are far from it along the lane: where they lead away, or before a crossing that the host has not passed either."""
         known = self._lane(lane)
         if not (known.leaves or known.joins):
-            return bool(known.crossings) or any(self._before(ahead, -np.inf, host_s_m, sections) for ahead in self._ahead(lane))
+            return bool(known.crossings) or any(self._before(self._lane(ahead), -np.inf, host_s_m, sections) for ahead in known.ahead)
         if not known.crossings:
             return False
         at_m, length_m = _along(known.shape, place)
@@ -77,18 +79,16 @@ class Levels:
         leaves, joins = first in self._junctions, last in self._junctions
         found: list[_Crossing] = []
         if not (first == last and leaves):  # a lane inside a junction of the route
-            _, length_m = _along(shape, shape[-1])
+            length_m = stations_m(shape)[-1]
             for k, crossed, own in self._crossed:
                 for at_m, share in _crossings(shape, crossed):
                     if not (leaves and at_m < _NEAR_M) and not (joins and at_m > length_m - _NEAR_M):
                         found.append(_Crossing(at_m, k, share if own else 1.0))
-        return _Lane(shape, leaves, joins, tuple(found))
+        ahead = () if leaves or joins else tuple(str(link[0]) for link in self._sumo.lane.getLinks(lane))
+        return _Lane(shape, leaves, joins, tuple(found), ahead)
 
     def _with_inside(self, lane: str, via: str) -> list[tuple[str, bool]]:
         return [(lane, True), *((inside, False) for inside in lanes_inside(self._sumo.lane, via))]
-
-    def _ahead(self, lane: str) -> list[_Lane]:
-        return [self._lane(str(link[0])) for link in self._sumo.lane.getLinks(lane)]
 
     def _ends(self, lane: str) -> tuple[str, str]:
         """The junctions at both ends of its edge; of a lane inside a junction that one, twice."""
@@ -109,7 +109,7 @@ def _crossings(shape: Array, other: Array) -> list[tuple[float, float]]:
     steep = np.abs(area) > _CROSSES * np.hypot(a[..., 0], a[..., 1]) * np.hypot(b[..., 0], b[..., 1])
     own, theirs = (_area(between, c) / np.where(steep, area, 1.0) for c in (b, a))
     there = steep & (own >= 0.0) & (own <= 1.0) & (theirs >= 0.0) & (theirs <= 1.0)
-    ends, others_ends = _stations(shape), _stations(other)
+    ends, others_ends = stations_m(shape), stations_m(other)
     return [
         (
             float(ends[i] + own[i, j] * (ends[i + 1] - ends[i])),
@@ -121,14 +121,10 @@ def _crossings(shape: Array, other: Array) -> list[tuple[float, float]]:
 
 def _along(shape: Array, place: Array) -> tuple[float, float]:
     """How far along a polyline a place beside it is, and how long it is."""
-    way, ends = np.diff(shape, axis=0), _stations(shape)
+    way, ends = np.diff(shape, axis=0), stations_m(shape)
     share = np.clip(((place - shape[:-1]) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-9), 0.0, 1.0)
     k = int(np.argmin(np.hypot(*(shape[:-1] + share[:, None] * way - place).T)))
     return float(ends[k] + share[k] * (ends[k + 1] - ends[k])), float(ends[-1])
-
-
-def _stations(shape: Array) -> Array:
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(shape, axis=0).T))])
 
 
 def _area(a: Array, b: Array) -> Array:

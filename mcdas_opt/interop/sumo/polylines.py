@@ -12,6 +12,11 @@ _SAMPLE_M = 1.0
 _OVERLAP_M = 10.0  # of two lanes, the one leading to the other, at most
 
 
+def stations_m(shape: Array) -> Array:
+    """Of its points, from the first on (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(shape, axis=0).T))])
+
+
 def length_m(shape: Array) -> float:
     return float(np.hypot(*np.diff(shape, axis=0).T).sum())
 
@@ -38,6 +43,6 @@ def even(pieces: Iterable[Array]) -> Array:
             if far_m > 0.05 and not overlaps:
                 kept.append(point)
     line = np.array(kept)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    along = stations_m(line)
     at = np.linspace(0.0, along[-1], max(round(along[-1] / _SAMPLE_M), 8) + 1)
     return np.column_stack([np.interp(at, along, line[:, i]) for i in (0, 1)])

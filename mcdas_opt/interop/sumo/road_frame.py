@@ -18,7 +18,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.sumo.connection import LaneDomain
-from mcdas_opt.interop.sumo.polylines import even, length_m, shifted
+from mcdas_opt.interop.sumo.polylines import even, length_m, shifted, stations_m
 from mcdas_opt.interop.sumo.road_line import line_along
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside
 from mcdas_opt.interop.sumo.sideways import SidewaysSteps
@@ -273,7 +273,7 @@ class RoadFrame:
     def _refuse_strays(self, pieces: Sequence[Array]) -> None:
         """Raises `InputError` where the line cannot stay with the lanes."""
         for section, piece in zip(self.sections, pieces, strict=True):
-            share = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(piece, axis=0).T))]) / length_m(piece)
+            share = stations_m(piece) / length_m(piece)
             for point, at_m in zip(piece, section.begin_m + share * (section.end_m - section.begin_m), strict=True):
                 s, d, _ = self.to_road(point[:1], point[1:], np.zeros(1), near_s_m=float(at_m))
                 if abs(float(d[0])) > _ASTRAY_M or abs(float(s[0] - at_m)) > _STRAY_M:

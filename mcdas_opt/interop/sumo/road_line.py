@@ -9,6 +9,7 @@ import numpy as np
 from mcdas_opt.domain.lane import Knots
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.interop.commonroad.lane_line import Placement
+from mcdas_opt.interop.sumo.polylines import stations_m
 
 _KNOT_M, _SAMPLE_M = 2.5, 0.5
 _INSIDE = round(_KNOT_M / _SAMPLE_M)  # samples between two knots
@@ -28,7 +29,7 @@ def line_along(points: Array, right_m: float, left_m: float) -> tuple[Placement,
 
     Window by window, each from where the last one ends: least squares over the curvature at the knots, of the distance beside the points.
     """
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    along = stations_m(points)
     way = points[min(3, len(points) - 1)] - points[0]
     placement = Placement(x_m=float(points[0, 0]), y_m=float(points[0, 1]), yaw_rad=math.atan2(way[1], way[0]))
     bounds = (-1.0 / max(right_m, _TIGHTEST_M), 1.0 / max(left_m, _TIGHTEST_M))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.interop.sumo.polylines import length_m, shifted
+from mcdas_opt.interop.sumo.polylines import length_m, shifted, stations_m
 
 _STEP_M = (0.2, 4.5)  # sideways; what is less is no matter, and what is more is no step of all lanes
 _SLOPE, _TURN_RAD = 0.15, 0.2  # sideways over along, at least; and the turn from the lanes before to those behind, at most
@@ -75,7 +75,7 @@ class SidewaysSteps:
     def _sampled(self, k: int) -> tuple[Array, Array]:
         """Points and their stations along all pieces: more of them near a step."""
         piece, begin_m = self._pieces[k], self._begins_m[k]
-        at_m = begin_m + np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(piece, axis=0).T))])
+        at_m = begin_m + stations_m(piece)
         if not any(begin_m < step.at_m + step.half_m and at_m[-1] > step.at_m - step.half_m for step in self._steps.values()):
             return piece, at_m
         inside = [np.linspace(a, b, math.ceil((b - a) / _SAMPLE_M), endpoint=False) for a, b in pairwise(at_m)]
@@ -98,6 +98,6 @@ def _between(piece: Array, following: Array) -> tuple[float, float, float]:
 
 def _way(piece: Array) -> Array:
     """The direction (2,) from its beginning to a place some metres along it."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(piece, axis=0).T))])
+    along = stations_m(piece)
     way = np.array([np.interp(_END_M, along, piece[:, i]) for i in (0, 1)]) - piece[0]
     return np.asarray(way / max(float(np.hypot(*way)), 1e-9))
