@@ -16,6 +16,8 @@ from mcdas_opt.domain.rules import Array, finite, require_type, within
 LEAST_STRETCH, LEAST_STRETCH_MEASURED = 0.1, 0.2
 _STEP_M = 0.5
 _LONGEST_M = 1e6  # of a table
+_LOST_M = 0.01  # off the perpendicular: who is beyond the centre of a bend may be lost by Newton's method
+_HALVINGS = 30
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
@@ -112,12 +114,22 @@ class FrenetFrame:
         y = self._y[i] + half * (np.sin(theta) @ _GAUSS_WEIGHTS)
         return x, y, self.road_heading(s)
 
-    def _nearest(self, x: Array, y: Array, near_s_m: float | None) -> Array:
-        """s of the nearest of every eighth tabulated point."""
-        low, high = (self._s[0], self._s[-1]) if near_s_m is None else (near_s_m - 300.0, near_s_m + 300.0)
-        coarse = slice(int(np.searchsorted(self._s, low)), int(np.searchsorted(self._s, high)), 8)
+    def _nearest(self, x: Array, y: Array, low_m: float, high_m: float, every: int = 8) -> Array:
+        """s of the nearest of every so many tabulated points from `low_m` to `high_m`."""
+        coarse = slice(int(np.searchsorted(self._s, low_m)), int(np.searchsorted(self._s, high_m)), every)
         distance = (x[..., None] - self._x[coarse]) ** 2 + (y[..., None] - self._y[coarse]) ** 2
         return np.asarray(self._s[coarse][np.argmin(distance, axis=-1)])
+
+    def _halved(self, x: Array, y: Array, low_m: float, high_m: float) -> Array:
+        """s of the nearest tabulated point, and from there of the foot of the perpendicular beside it, by halving."""
+        nearest = self._nearest(x, y, low_m, high_m, every=1)
+        low, high = (np.clip(nearest + side * _STEP_M, self._s[0], self._s[-1]) for side in (-1.0, 1.0))
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            px, py, theta = self._line(middle)
+            before = (x - px) * np.cos(theta) + (y - py) * np.sin(theta) > 0.0
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        return 0.5 * (low + high)
 
     def to_plane(self, s: Array, d: Array, psi: Array) -> tuple[Array, Array, Array]:
         """(x, y, yaw) of (s, d, psi); arrays of one shape."""
@@ -130,7 +142,7 @@ class FrenetFrame:
     def to_road(
         self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None, guess_s_m: Array | None = None
     ) -> tuple[Array, Array, Array]:
-        """(s, d, psi) of (x, y, yaw), by Newton's method on the foot of the perpendicular from the nearest tabulated point.
+        """(s, d, psi) of (x, y, yaw), by Newton's method on the foot of the perpendicular from the nearest tabulated point, or by halving.
 
         With `near_s_m` only the road within 300 m of it is searched (a road that turns full circle passes a point twice); with
         `guess_s_m` (of the shape of x) nothing is searched and Newton's method begins there.
@@ -138,7 +150,8 @@ class FrenetFrame:
         x, y, yaw = (np.asarray(q, dtype=np.float64) for q in (x, y, yaw))
         if self.road.is_straight:
             return x, y, yaw
-        s = self._nearest(x, y, near_s_m) if guess_s_m is None else np.clip(guess_s_m, self._s[0], self._s[-1])
+        low_m, high_m = (self._s[0], self._s[-1]) if near_s_m is None else (near_s_m - 300.0, near_s_m + 300.0)
+        s = self._nearest(x, y, low_m, high_m) if guess_s_m is None else np.clip(guess_s_m, self._s[0], self._s[-1])
         for _ in range(12):
             px, py, theta = self._line(s)
             along = (x - px) * np.cos(theta) + (y - py) * np.sin(theta)
@@ -148,5 +161,11 @@ class FrenetFrame:
             if np.abs(s - before).max(initial=0.0) < 1e-12:
                 break
         px, py, theta = self._line(s)
+        off = np.abs((x - px) * np.cos(theta) + (y - py) * np.sin(theta))
+        lost = (off > _LOST_M) & (s > self._s[0]) & (s < self._s[-1])
+        if lost.any():
+            s = np.array(s)
+            s[lost] = self._halved(x[lost], y[lost], low_m, high_m)
+            px, py, theta = self._line(s)
         d = -(x - px) * np.sin(theta) + (y - py) * np.cos(theta)
         return s, d, np.arctan2(np.sin(yaw - theta), np.cos(yaw - theta))
