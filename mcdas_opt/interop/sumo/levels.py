@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.interop.sumo.connection import Connection
 from mcdas_opt.interop.sumo.polylines import stations_m
+from mcdas_opt.interop.sumo.road_frame import Section
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside
-
-if TYPE_CHECKING:
-    from mcdas_opt.interop.sumo.road_frame import Section
 
 _CROSSES = 0.25  # the sine of the angle, at least, at which lanes cross and do not merge
 _NEAR_M = 40.0  # of a junction with the route a lane lies on its level
