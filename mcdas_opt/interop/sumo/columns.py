@@ -23,14 +23,15 @@ def main_column(edges: Sequence[Edge]) -> int:
 
 
 def column_past_others(edges: Sequence[Edge], base: int) -> int:
-    """`base`; but where it ends ahead, and others end between it and the nearest lane that leads on, that one, if it is better off: a road
-    of ours tells of the end of its lane 0, and of lanes beyond which none leads on."""
+    """`base`; but where it ends ahead, and others end between it and the nearest lane that leads on, that one, if it is better off and is
+    there from the first of these edges on: a road of ours tells of the end of its lane 0, and of lanes beyond which none leads on."""
     ends_m, beyond = _end_behind_others(edges, base)
-    return beyond if _end_behind_others(edges, beyond)[0] > ends_m else base
+    return beyond if beyond in edges[0].columns and _end_behind_others(edges, beyond)[0] > ends_m else base
 
 
 def _end_behind_others(edges: Sequence[Edge], base: int) -> tuple[float, int]:
-    """How far ahead a column ends so, and the one that leads on there; infinitely far, and itself, where it does not within a while."""
+    """How far ahead a column, or whichever beside it leads on, ends so, and the one that leads on there; infinitely far, and itself, where
+    none does within a while."""
     far_m = 0.0
     for edge, following in pairwise(edges):
         far_m += length_m(edge.nearest(base).shape)
@@ -39,6 +40,7 @@ def _end_behind_others(edges: Sequence[Edge], base: int) -> tuple[float, int]:
             nearest = min(leading, key=lambda column: abs(column - base), default=base)
             if abs(nearest - base) > 1:
                 return far_m, nearest
+            base = nearest
         if far_m > _AHEAD_M:
             break
     return math.inf, base

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -28,6 +28,19 @@ def shifted(shape: Array, right_m: float | Array) -> Array:
     way = np.gradient(shape, axis=0)
     way /= np.maximum(np.hypot(*way.T), 1e-9)[:, None]
     return np.asarray(shape + right_m * np.column_stack([way[:, 1], -way[:, 0]]))
+
+
+def led_over(pieces: Sequence[Array], left_m: float) -> list[Array]:
+    """The same polylines, one after the other, with a way over: the last begins `left_m` to the left of where those before come to. The
+    first begins where it did, and the last ends so."""
+    sampled = [even([piece]) for piece in pieces]
+    ends_m = np.cumsum([length_m(piece) for piece in sampled])
+    led = []
+    for piece, end_m in zip(sampled, ends_m, strict=True):
+        share = (end_m - length_m(piece) + stations_m(piece)) / ends_m[-1]
+        over_m = left_m * (0.5 - 0.5 * np.cos(np.pi * share))
+        led.append(shifted(piece, ((left_m if piece is sampled[-1] else 0.0) - over_m)[:, None]))
+    return led
 
 
 def even(pieces: Iterable[Array]) -> Array:

@@ -18,7 +18,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.sumo.connection import LaneDomain
-from mcdas_opt.interop.sumo.polylines import even, length_m, shifted, stations_m
+from mcdas_opt.interop.sumo.polylines import even, led_over, length_m, shifted, stations_m
 from mcdas_opt.interop.sumo.road_line import line_along
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside
 from mcdas_opt.interop.sumo.sideways import SidewaysSteps
@@ -54,6 +54,10 @@ class RoadFrame:
         self.lane_width_m = edges[0].nearest(base).width_m
         pieces = [self._middle(edge) for edge in edges]
         inside = [_through(lanes, edge, base) for edge in edges]
+        for k, edge in enumerate(edges[:-1]):
+            if over := edge.leading_near(base).leads_over:
+                left_m = _beside_m(edges[k + 1], base, base - over, self.lane_width_m)
+                *inside[k], pieces[k + 1] = led_over([*inside[k], pieces[k + 1]], left_m)
         steps = SidewaysSteps(pieces, [edge.nearest(base).limit_mps for edge in edges])
         parts = [part for k, through in enumerate(inside) for part in (steps.passed(k), *(() if steps.at(k) else through))]
         line = even([parts[0], *(part for part in parts[1:] if length_m(part) > _SHORTEST_SHAPE_M)])
@@ -287,9 +291,7 @@ class RoadFrame:
 
 def _through(lanes: LaneDomain, edge: Edge, base: int) -> list[Array]:
     """The lanes inside the junction behind an edge, beside which the base lies."""
-    lane = edge.nearest(base)
-    if not lane.goes_on:
-        lane = min((one for one in edge.lanes if one.goes_on), key=lambda one: abs(one.column - base), default=lane)
+    lane = edge.leading_near(base)
     left_m = _beside_m(edge, lane.column, base, lane.width_m)
     return [shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], left_m) for via in lanes_inside(lanes, lane.via)]
 

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -13,14 +14,17 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.sumo.connection import Connection, LaneDomain
+from mcdas_opt.interop.sumo.links import Link, links_along, may_use
 
+_GOES_ON = attrgetter("goes_on")
 _EVERY_M, _NEAR_M = 4.0, 8.0
 _BESIDE_M, _OPPOSED, _MOST = 0.4, 0.9, 0.7  # how a lane of oncoming traffic lies beside another, and for how much of its way
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lane:
-    """A lane that the vehicle may use: `shape` (n, 2) is its middle; `goes_on` when it leads to the route's next edge, through `via`."""
+    """A lane that the vehicle may use: `shape` (n, 2) is its middle; `goes_on` when it leads to the route's next edge, through `via`, and
+    there `leads_over` so many columns to the left of where `via` comes to."""
 
     id: str
     column: int  # 0 is the one that the route was read from; counted to the left, the same along links
@@ -29,6 +33,7 @@ class Lane:
     limit_mps: float
     goes_on: bool
     via: str
+    leads_over: int = 0
 
 
 class OncomingLane(NamedTuple):
@@ -58,6 +63,11 @@ class Edge:
         """The lane of that column, else the one beside which it would lie."""
         return self.lanes[min(max(column, self.columns.start), self.columns.stop - 1) - self.columns.start]
 
+    def leading_near(self, column: int) -> Lane:
+        """The lane nearest to that column that goes on along the route; where none does, the nearest."""
+        nearest = self.nearest(column)
+        return nearest if nearest.goes_on else min(filter(_GOES_ON, self.lanes), key=lambda one: abs(one.column - column), default=nearest)
+
 
 def keeps_left(sumo: Connection, route: Sequence[str], vehicle_class: str = "passenger") -> bool:
     """Whether the network's traffic keeps left. SUMO counts lanes from the side that traffic keeps to: lane 1 then lies to the right of
@@ -82,16 +92,11 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
     to_left = -1 if keeps_left(sumo, route, vehicle_class) else 1  # of the column, from one index to the next
     offset = -to_left * lane_index
     shapes = _shapes(sumo.lane, vehicle_class)
-    for k, name in enumerate(route):
+    for (k, name), links in zip(enumerate(route), links_along(sumo, route, vehicle_class), strict=True):
         last = k + 1 == len(route)
-        links = {i: _links(sumo.lane, f"{name}_{i}", None if last else route[k + 1]) for i in range(sumo.edge.getLaneNumber(name))}
-        usual, others = Counter[int](), Counter[int]()  # links that the vehicle may use, and such as are for others alone
-        for i, ahead in links.items():
-            for to, _ in ahead:
-                own = all(_may_use(sumo.lane, lane, vehicle_class) for lane in (f"{name}_{i}", f"{route[k + 1]}_{to}"))
-                (usual if own else others)[i - to] += 1
-        shifts = usual or others
+        shifts = Counter(i - link.to for i, ahead in links.items() for link in ahead)
         behind = shifts.most_common(1)[0][0] if shifts else 0
+        taken = {i: min(ahead, key=lambda link: abs(i - link.to - behind), default=Link(i, "")) for i, ahead in links.items()}
         lanes = [
             Lane(
                 id=f"{name}_{i}",
@@ -100,10 +105,11 @@ def read_route(sumo: Connection, route: Sequence[str], lane_index: int, vehicle_
                 width_m=float(sumo.lane.getWidth(f"{name}_{i}")),
                 limit_mps=float(sumo.lane.getMaxSpeed(f"{name}_{i}")),
                 goes_on=last or bool(ahead),
-                via=min(ahead, key=lambda link: abs(i - link[0] - behind), default=(0, ""))[1],
+                via=taken[i].via,
+                leads_over=to_left * taken[i].beside,
             )
             for i, ahead in sorted(links.items(), key=lambda one: to_left * one[0])
-            if _may_use(sumo.lane, f"{name}_{i}", vehicle_class)
+            if may_use(sumo.lane, f"{name}_{i}", vehicle_class)
         ]
         if not lanes:
             raise InputError("SUMO network", name, None, f"has no lane for a {vehicle_class}")
@@ -131,7 +137,7 @@ def _shape(lanes: LaneDomain, lane: str) -> Array:
 
 def _shapes(lanes: LaneDomain, vehicle_class: str) -> dict[str, Array]:
     """Of all lanes outside junctions that such vehicles may use."""
-    names = (name for name in lanes.getIDList() if not name.startswith(":") and _may_use(lanes, name, vehicle_class))
+    names = (name for name in lanes.getIDList() if not name.startswith(":") and may_use(lanes, name, vehicle_class))
     return {name: _shape(lanes, name) for name in names}
 
 
@@ -178,23 +184,6 @@ def _every(shape: Array) -> tuple[Array, Array]:
     k = np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(steps) - 1)
     ways = steps[k] / np.maximum(lengths[k], 1e-9)[:, None]
     return shape[k] + (at - ends[k])[:, None] * ways, ways
-
-
-def _links(lanes: LaneDomain, lane: str, following: str | None) -> list[tuple[int, str]]:
-    """(index of the lane on the following edge, lane inside the junction that leads there)."""
-    if following is None:
-        return []
-    found = []
-    for link in lanes.getLinks(lane):
-        edge, _, index = str(link[0]).rpartition("_")
-        if edge == following:
-            found.append((int(index), str(link[4])))
-    return found
-
-
-def _may_use(lanes: LaneDomain, lane: str, vehicle_class: str) -> bool:
-    allowed = lanes.getAllowed(lane)
-    return (not allowed or vehicle_class in allowed) and vehicle_class not in lanes.getDisallowed(lane)
 
 
 def _together(lanes: list[Lane]) -> tuple[Lane, ...]:
