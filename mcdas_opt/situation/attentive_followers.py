@@ -17,6 +17,7 @@ _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
 _IN_A_TOWN_MPS = 17.0  # 60 km/h
 _STANDS_MPS, _HELD_MPS = 1.0, 2.0  # who is slower stands; a host that is faster is not held
+_ROLLS_MPS = 0.5  # a host that is slower steers out to no side
 _SHOULDER = 0.5  # of the usual lane's width: a narrower one is no way out
 _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it, or him
 
@@ -69,7 +70,8 @@ def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
 
 
 def _is_held(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
-    """Whether the host stands, or nearly, behind somebody who stands or where its lane ends, and no side is open to steer out to."""
+    """Whether the host stands, or nearly, behind somebody who stands or where its lane ends, and no side is open to steer out to: from
+    standing none is."""
     host, road = situation.host, situation.road
     if host.speed_mps > _HELD_MPS:
         return False
@@ -77,6 +79,8 @@ def _is_held(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool
     end_m = road.lane_ends_m(situation.host_lane, host.s_m, vehicle.width_m) - host.s_m - 0.5 * vehicle.length_m
     if abs(end_m) > _NEAR_M and not any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead):
         return False
+    if host.speed_mps < _ROLLS_MPS:
+        return True
     blocked = blocked_sides(situation.tracks, situation.coverage, situation.host_lane, host, vehicle, road, settings.selector)
     shoulder_m = max(road.shoulder_left_m, road.shoulder_right_m)
     return {Sector.LEFT, Sector.RIGHT} <= blocked and shoulder_m < _SHOULDER * road.lane_width_m

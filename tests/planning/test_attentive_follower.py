@@ -216,12 +216,14 @@ def test_who_is_in_both_lanes_goes_on_and_a_follower_there_is_expected_to_brake(
         assert go_on_unpressed(cycle, cycle.active).relies_on_followers is relies
 
 
-def in_a_queue(road: Road, follower_mps: float, behind_m: float, *lanes: int) -> Plan:
-    """The host stands 3 m behind somebody who stands; in these lanes others do, too."""
+def in_a_queue(road: Road, follower_mps: float, behind_m: float, *lanes: int, host_mps: float = 0.0) -> Plan:
+    """The host stands, or rolls, 3 m behind somebody who stands; in these lanes others do, too."""
     standing = {f"{lane} {k}": (7.0 * k - 8.0, road.lane_width_m * lane) for lane in lanes for k in range(4)}
     tracks = [Track(id=name, s_m=s_m, d_m=d_m, speed_s_mps=0.0) for name, (s_m, d_m) in {"leader": (7.5, 0.0), **standing}.items()]
     tracks.append(Track(id="follower", s_m=-4.5 - behind_m, d_m=0.0, speed_s_mps=follower_mps))
-    return planned(Situation(host=HostState(), road=road, coverage=Coverage(), desired_speed_mps=13.9, tracks=tuple(tracks)))
+    return planned(
+        Situation(host=HostState(speed_mps=host_mps), road=road, coverage=Coverage(), desired_speed_mps=13.9, tracks=tuple(tracks))
+    )
 
 
 @pytest.mark.parametrize("beside", ["nothing", "oncoming", "standing"])
@@ -241,9 +243,22 @@ def test_who_comes_up_to_a_queue_that_the_host_is_held_in_is_expected_to_stop(fo
     assert late.alert is not Alert.NONE
 
 
-@pytest.mark.parametrize("road", [Road(lanes_left=1), Road(lanes_right=1), Road(shoulder_right_m=2.5)])
+BESIDE_A_WAY_OUT = [Road(lanes_left=1), Road(lanes_right=1), Road(shoulder_right_m=2.5)]
+
+
+@pytest.mark.parametrize("road", BESIDE_A_WAY_OUT)
 def test_where_there_is_a_way_out_beside_the_queue_he_is_not(road: Road) -> None:
-    assert "is expected to brake" not in in_a_queue(road, 16.5, 50.0).reason
+    assert "is expected to brake" not in in_a_queue(road, 16.5, 50.0, host_mps=1.0).reason
+
+
+@pytest.mark.parametrize("road", BESIDE_A_WAY_OUT)
+@pytest.mark.parametrize(("follower_mps", "behind_m"), [(13.3, 40.0), (13.9, 60.0), (16.5, 50.0)])
+def test_a_host_that_stands_has_no_way_out_and_stays_where_it_is(road: Road, follower_mps: float, behind_m: float) -> None:
+    # it drove into the car ahead at 6 m/s, for a follower who needs no more than 2.8 m/s^2
+    plan = in_a_queue(road, follower_mps, behind_m)
+    assert plan.status is Status.PLANNED
+    assert "follower keeps its distance behind and is expected to brake" in plan.reason
+    assert plan.trajectory.states[-1, 0] < 1.5
 
 
 @pytest.mark.parametrize(("width_m", "is_held"), [(((6.0, 3.7), (12.0, 0.0)), True), (((60.0, 3.7), (66.0, 0.0)), False)])
