@@ -18,7 +18,7 @@ from mcdas_opt.geometry.window import frame_near
 
 LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
 _STEP_S = 0.1
-_TIMES_S = _STEP_S * np.arange(round(LASTS_S / _STEP_S) + 1, dtype=np.float64)
+TIMES_S = _STEP_S * np.arange(round(LASTS_S / _STEP_S) + 1, dtype=np.float64)
 _FARTHEST_M = 2500.0  # along the road that is known where it is
 _JUMP_MPS = 120.0  # s that changes faster has gone over to another part of the road; nobody is believed to drive over 100 m/s
 _AS_NEAR_M = 1e-6  # what rounding may make of two equal distances
@@ -75,13 +75,13 @@ def straight_on(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float
     heading = 0.0 if track.heading_rad is None else track.heading_rad
     if road.is_straight and rate_mps2 == 0.0:
         return StraightLine(s_m=track.s_m, d_m=track.d_m, heading_rad=heading, speed_s_mps=track.speed_s_mps, speed_d_mps=track.speed_d_mps)
-    return _in_the_plane(track, road, np.zeros_like(_TIMES_S), _pace(track, rate_mps2, lasts_s))
+    return _in_the_plane(track, road, np.zeros_like(TIMES_S), pace_of(track, rate_mps2, lasts_s))
 
 
 def turning_in(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion]:
     """The same, if it turns on at its rate until it points along the road or against it."""
     to_go = to_turn_rad(track.heading_rad or 0.0, track.turn_rate_radps)
-    return _in_the_plane(track, road, np.clip(track.turn_rate_radps * _TIMES_S, -to_go, to_go), _pace(track, rate_mps2, lasts_s))
+    return _in_the_plane(track, road, np.clip(track.turn_rate_radps * TIMES_S, -to_go, to_go), pace_of(track, rate_mps2, lasts_s))
 
 
 def to_turn_rad(heading_rad: float, rate_radps: float) -> float:
@@ -89,34 +89,50 @@ def to_turn_rad(heading_rad: float, rate_radps: float) -> float:
     return math.copysign(heading_rad, -rate_radps * heading_rad) % math.pi
 
 
-def _pace(track: Track, rate_mps2: float, lasts_s: float) -> Array:
-    """How many times as fast as now at `_TIMES_S`, of who moves."""
+def pace_of(track: Track, rate_mps2: float, lasts_s: float) -> Array:
+    """How many times as fast as now at `TIMES_S`, of who moves."""
     if rate_mps2 == 0.0:
-        return np.ones_like(_TIMES_S)
+        return np.ones_like(TIMES_S)
     speed = math.hypot(track.speed_s_mps, track.speed_d_mps)
-    return 1.0 + rate_mps2 / speed * np.minimum(_TIMES_S, lasts_s)
+    return 1.0 + rate_mps2 / speed * np.minimum(TIMES_S, lasts_s)
 
 
 def _in_the_plane(track: Track, road: Road, turned_rad: Array, pace: Array) -> TabulatedLine:
-    """The track's motion where it is turned by `turned_rad`, and `pace` times as fast, at `_TIMES_S`."""
-    heading = 0.0 if track.heading_rad is None else track.heading_rad
-    fastest = abs(track.speed_s_mps) * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), 1.0) + abs(track.speed_d_mps)
-    frame, here = frame_near(road, track.s_m, min(LASTS_S * fastest * float(pace.max()), _FARTHEST_M)), np.array([track.s_m])
-    x, y, yaw = (float(q[0]) for q in frame.to_plane(here, np.array([track.d_m]), np.array([heading])))
+    """The track's motion where it is turned by `turned_rad`, and `pace` times as fast, at `TIMES_S`."""
+    frame, (x, y, yaw) = seen_in_the_plane(track, road, float(pace.max()))
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
-    road_there = yaw - heading + turned_rad  # as if it were the road that turned
+    road_there = yaw - heading_of(track) + turned_rad  # as if it were the road that turned
     c, s = np.cos(road_there), np.sin(road_there)
     vx, vy = pace * (c * forward - s * track.speed_d_mps), pace * (s * forward + c * track.speed_d_mps)
-    its_s, its_d, its_heading = _places(frame, x + _way(vx), y + _way(vy), yaw + turned_rad, track.s_m)
-    road_yaw = yaw + turned_rad - its_heading
+    return tabulated(road, frame, track.s_m, (x + way_m(vx), y + way_m(vy), yaw + turned_rad), (vx, vy))
+
+
+def heading_of(track: Track) -> float:
+    return 0.0 if track.heading_rad is None else track.heading_rad
+
+
+def seen_in_the_plane(track: Track, road: Road, pace: float) -> tuple[FrenetFrame, tuple[float, float, float]]:
+    """A frame of the road for who becomes so many times as fast, and the track's (x, y, yaw) in its plane."""
+    fastest = abs(track.speed_s_mps) * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), 1.0) + abs(track.speed_d_mps)
+    frame = frame_near(road, track.s_m, min(LASTS_S * fastest * pace, _FARTHEST_M))
+    x, y, yaw = (float(q[0]) for q in frame.to_plane(np.array([track.s_m]), np.array([track.d_m]), np.array([heading_of(track)])))
+    return frame, (x, y, yaw)
+
+
+def tabulated(
+    road: Road, frame: FrenetFrame, start_s_m: float, poses: tuple[Array, Array, Array], velocity: tuple[Array, Array]
+) -> TabulatedLine:
+    """The motion along the road of a body that begins at `start_s_m`, by its poses and its velocity in the frame's plane at `TIMES_S`."""
+    its_s, its_d, its_heading = _places(frame, *poses, start_s_m)
+    road_yaw, (vx, vy) = poses[2] - its_heading, velocity
     stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), LEAST_STRETCH_MEASURED)
     along, across = (np.cos(road_yaw) * vx + np.sin(road_yaw) * vy) / stretch, np.cos(road_yaw) * vy - np.sin(road_yaw) * vx
-    return TabulatedLine.of(np.array([_TIMES_S, its_s, its_d, np.unwrap(its_heading), along, across]))
+    return TabulatedLine.of(np.array([TIMES_S, its_s, its_d, np.unwrap(its_heading), along, across]))
 
 
-def _way(speed_mps: Array) -> Array:
+def way_m(speed_mps: Array) -> Array:
     """By the trapezoidal rule; of a constant speed exactly that times the time."""
-    way: Array = speed_mps[0] * _TIMES_S
+    way: Array = speed_mps[0] * TIMES_S
     way[1:] += np.cumsum(0.5 * (speed_mps[1:] + speed_mps[:-1]) - speed_mps[0]) * _STEP_S
     return way
 
