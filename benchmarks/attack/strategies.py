@@ -166,6 +166,7 @@ def tracks(draw: st.DrawFn, from_s_m: float) -> tuple[Track, ...]:
             turn_rate_sd_radps=draw(st.one_of(st.none(), _mostly(0.0, 0.3))),
             heading_rad=draw(st.one_of(st.none(), st.none(), _mostly(-3.2, 3.2))),
             kind=draw(st.sampled_from((None, None, *BodyKind))),
+            lane_path_m=draw(st.one_of(st.none(), st.lists(st.tuples(_mostly(-80.0, 120.0), _mostly(-30.0, 30.0)), max_size=6))),
         )
         for k in range(draw(st.integers(0, 6)))
     )

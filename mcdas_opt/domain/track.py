@@ -17,6 +17,7 @@ from mcdas_opt.domain.rules import (
     angle,
     as_floats,
     covariance,
+    floats,
     is_text,
     non_negative,
     positive,
@@ -34,6 +35,7 @@ ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's dir
 CROSSING_MPS = 1.0
 _CREEPING_MPS, _ASLANT_M = 1.5, 0.25  # who is slower stays as he is turned; what his body then takes to either side counts from so much on
 _SEEN_MPS2, _SEEN_SIGMAS = 1.0, 2.0  # braking that is seen, and in standard deviations
+Places = tuple[tuple[float, float], ...]  # (s, d) each [m]
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _AS_A_CAR_M = (4.5, 1.8)
 USUAL_SIZE_M = {
@@ -67,6 +69,9 @@ class Track(EqualByValue):
     At most a full turn; beyond half a turn it is counted the other way round.
     `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
     the number says nothing.
+    `lane_path_m`, at least two places (s, d), is the middle of the lane that it is in, from where it is, or before, to where it
+    is not known any more which lane it takes; a map tells. Who does not follow the road, or comes towards the host in a lane that leads
+    elsewhere, is then predicted to follow its lane. None: not known.
     `length_m` and `width_m` [m], where they are not said, are those of its `kind`: pedestrian 0.5 x 0.5, bicycle 1.8 x 0.6, motorcycle
     2.2 x 0.8, lorry 12 x 2.5 (the longest without a trailer that directive 96/53/EC allows), every other 4.5 x 1.8. But for the lorry's
     length they are assumed; what is said counts.
@@ -92,6 +97,7 @@ class Track(EqualByValue):
     turn_rate_sd_radps: float | None = None
     acceleration_d_mps2: float = 0.0
     acceleration_d_sd_mps2: float | None = None
+    lane_path_m: Places | None = None
 
     def __hash__(self) -> int:  # type: ignore[override]  # unlike others of its kind it can be hashed
         return hash((self.id, self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps))
@@ -136,6 +142,8 @@ class Track(EqualByValue):
             within("length_m", self.length_m, 0.0, LONGEST_M, "m")
             within("width_m", self.width_m, 0.0, LONGEST_M, "m")
         object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))
+        if self.lane_path_m is not None:
+            object.__setattr__(self, "lane_path_m", _path("lane_path_m", self.lane_path_m))
 
     def _check_place(self) -> None:
         if not (abs(self.s_m) <= 2.0 * FARTHEST_M and abs(self.d_m) <= 2.0 * FARTHEST_M):
@@ -195,7 +203,12 @@ class Track(EqualByValue):
 
     def seen_from(self, s_m: float) -> Track:
         """The same with its s counted from `s_m`."""
-        return self if s_m == 0.0 else self.moved_to(self.s_m - s_m, self.d_m)
+        if s_m == 0.0:
+            return self
+        there = self.moved_to(self.s_m - s_m, self.d_m)
+        if self.lane_path_m is not None:
+            object.__setattr__(there, "lane_path_m", tuple((s - s_m, d) for s, d in self.lane_path_m))
+        return there
 
     def later(self, by_s: float) -> Track:
         """The same where it is so long after, at its speed."""
@@ -210,6 +223,18 @@ class Track(EqualByValue):
         object.__setattr__(there, "d_m", d_m)
         there._or_by_name(there._check_place)
         return there
+
+
+def _path(name: str, value: object) -> Places:
+    """`value` as places, one after the other."""
+    path = floats(name, value, "must be at least two places (s, d)", "m")
+    if path.ndim != 2 or path.shape[0] < 2 or path.shape[1] != 2:
+        raise ParameterError(name, f"shape {path.shape}", "must be at least two places (s, d)", "m")
+    if not bool(np.all(np.abs(path) <= 2.0 * FARTHEST_M)):  # false for NaN
+        raise ParameterError(name, "a place", f"must be within {2.0 * FARTHEST_M:g}", "m")
+    if not bool(np.any(np.diff(path, axis=0), axis=1).all()):
+        raise ParameterError(name, "a place twice", "must have no place twice in a row", "m")
+    return tuple((s, d) for s, d in path.tolist())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

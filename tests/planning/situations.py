@@ -57,10 +57,17 @@ def mirrored(situation: Situation) -> Situation:
     return replace(
         situation,
         host=replace(host, d_m=-host.d_m, heading_rad=-host.heading_rad, steering_rad=-host.steering_rad),
-        tracks=tuple(replace(t, d_m=-t.d_m, speed_d_mps=-t.speed_d_mps) for t in situation.tracks),
+        tracks=tuple(mirrored_track(track) for track in situation.tracks),
         coverage=Coverage(front=seen.front, rear=seen.rear, left=seen.right, right=seen.left),
         road=mirrored_road(road),
     )
+
+
+def mirrored_track(track: Track) -> Track:
+    """Left and right exchanged."""
+    path = track.lane_path_m and tuple((s, -d) for s, d in track.lane_path_m)
+    heading = None if track.heading_rad is None else -track.heading_rad
+    return replace(track, d_m=-track.d_m, speed_d_mps=-track.speed_d_mps, heading_rad=heading, lane_path_m=path)
 
 
 def mirrored_road(road: Road) -> Road:

@@ -23,6 +23,7 @@ from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.interop.sumo.columns import column_past_others, main_column
 from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connection, asking
+from mcdas_opt.interop.sumo.lane_paths import LanePaths
 from mcdas_opt.interop.sumo.levels import Levels
 from mcdas_opt.interop.sumo.record import Contact, SumoSummary, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame
@@ -85,7 +86,7 @@ class SumoDriver:
                 raise ParameterError("step-length", self._step_s, rule, "s")
             self._every = round(every)
             self._frame = self._begun()
-            self._traffic = Traffic(connection, ego, look_m, Levels(connection, self._edges))
+            self._traffic = Traffic(connection, ego, look_m, Levels(connection, self._edges), LanePaths(connection))
             self._traffic.subscribe()
         self.planner = None if method == SUMO else Planner(self.vehicle, method, settings=settings)
         self.name = SUMO if self.planner is None else self.planner.name
@@ -158,7 +159,7 @@ class SumoDriver:
             time_s=now,
             host=state,
             coverage=Coverage(),
-            tracks=tuple(self._traffic.tracks(others, now)),
+            tracks=tuple(self._traffic.tracks(frame, others, now)),
             road=road,
             vehicle=self.vehicle.name,
             desired_speed_mps=road.speed_limit_mps if self._desired_mps is None else self._desired_mps,

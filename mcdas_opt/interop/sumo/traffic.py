@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.track import ALIGNED_RAD, Track
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import ALIGNED_RAD, Places, Track
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED
 from mcdas_opt.interop.sumo.connection import (
@@ -26,6 +27,7 @@ from mcdas_opt.interop.sumo.connection import (
     WIDTH,
     Connection,
 )
+from mcdas_opt.interop.sumo.lane_paths import LanePaths
 from mcdas_opt.interop.sumo.levels import Levels
 from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.simulation.ordinary import Placed
@@ -46,6 +48,7 @@ class Traffic:
     host: str
     look_m: tuple[float, float]
     levels: Levels
+    lane_paths: LanePaths
     _seen: dict[str, _Seen] = field(default_factory=dict)
 
     def subscribe(self) -> None:
@@ -96,15 +99,17 @@ class Traffic:
                 lane=column_at(at_m, across_m),
                 kind=seen.kind,
             )
+            seen.lane, seen.place, seen.speed_mps = str(facts[LANE_ID]), np.array([x[k], y[k]]), float(facts[SPEED])
             seen.take(time_s, body, float(facts[SPEED]), float(yaw[k]))
             bodies.append(body)
             kept[name] = seen
         self._seen = kept
         return tuple(bodies)
 
-    def tracks(self, bodies: tuple[Placed, ...], time_s: float) -> Iterator[Track]:
+    def tracks(self, frame: RoadFrame, bodies: tuple[Placed, ...], time_s: float) -> Iterator[Track]:
         """As a planner is told of them: exact places, headings and speeds, the acceleration and the turn rate that these have shown. Who
-        drives along the host's route has no heading, unless it is clearly turned from it: it follows the road."""
+        drives along the host's route has no heading, unless it is clearly turned from it: it follows the road. Who does not drives along
+        its lane."""
         for body in bodies:
             seen = self._seen[body.id]
             acceleration, sd = seen.speed.at(time_s)
@@ -127,7 +132,16 @@ class Traffic:
                 kind=body.kind,
                 turn_rate_radps=turn_rate,
                 turn_rate_sd_radps=turn_sd,
+                lane_path_m=None if seen.is_on_route or seen.kind is BodyKind.PEDESTRIAN else self._lane_path_m(frame, body, seen),
             )
+
+    def _lane_path_m(self, frame: RoadFrame, body: Placed, seen: _Seen) -> Places | None:
+        """Places (s, d) along the lane of a vehicle."""
+        path = self.lane_paths.of(body.id, seen.lane, seen.place, seen.speed_mps)
+        if path is None:
+            return None
+        s, d, _ = frame.to_road(path[:, 0], path[:, 1], np.zeros(len(path)), near_s_m=body.s_m)
+        return tuple(zip(s.tolist(), d.tolist(), strict=True))
 
     def _kind(self, name: str, facts: Mapping[int, Any]) -> BodyKind | None:
         return BodyKind.PEDESTRIAN if ABOARD in facts else _KINDS.get(self.sumo.vehicle.getVehicleClass(name))
@@ -164,6 +178,9 @@ class _Seen:
     first_s: float
     kind: BodyKind | None
     is_on_route: bool = True
+    lane: str = ""
+    place: Array = field(default_factory=lambda: np.zeros(2))  # (2,) in SUMO's plane
+    speed_mps: float = 0.0  # there
     across_mps: float = 0.0
     time_s: float = -math.inf
     d_m: float = 0.0

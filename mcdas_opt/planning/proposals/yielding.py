@@ -32,7 +32,7 @@ class Yielding(NamedTuple):
 
 def yielding(cycle: Cycle, d_m: float) -> list[Yielding]:
     """To everybody who goes straight across the way along the offset d. Whoever cannot be braked for comfortably any more is left to the
-    optimiser, and so is who turns: where he will be is too little known."""
+    optimiser, and so is who turns, unless his lane is known: where he will be is too little known."""
     crossing = {track.id: track for track in cycle.situation.tracks if _crosses(track)}
     if not crossing:
         return []
@@ -42,7 +42,8 @@ def yielding(cycle: Cycle, d_m: float) -> list[Yielding]:
 
 
 def _crosses(track: Track) -> bool:
-    return not track.follows_road and abs(track.speed_d_mps) > CROSSING_MPS and abs(track.turn_rate_radps) < _TURNING_RADPS
+    is_foreseen = abs(track.turn_rate_radps) < _TURNING_RADPS or track.lane_path_m is not None
+    return not track.follows_road and abs(track.speed_d_mps) > CROSSING_MPS and is_foreseen
 
 
 def _speeds(track: Track, body: PredictedBody, d_m: float, cycle: Cycle) -> Array | None:

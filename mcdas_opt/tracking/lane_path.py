@@ -1,0 +1,63 @@
+"""Where a track goes whose lane leads elsewhere than the host's road: along that lane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import BodyMotion
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import Track
+from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED
+from mcdas_opt.tracking.free_motion import TIMES_S, pace_of, seen_in_the_plane, tabulated, way_m
+
+_BESIDE_M, _ASKEW_RAD = 3.0, 1.2  # who is farther from its lane's middle, or turned farther from it, does not follow it
+_SAMPLE_M = 1.0
+_SETTLES_S = 0.5  # into the lane's direction
+
+
+def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion] | None:
+    """The track's motion from its time on, if it follows its lane, as far beside the middle as it is now, accelerating by that rate for so
+    long; from the lane's end straight on. None where its lane is not known, or it does not follow it."""
+    if track.lane_path_m is None:
+        return None
+    pace = pace_of(track, rate_mps2, lasts_s)
+    frame, (x, y, yaw) = seen_in_the_plane(track, road, float(pace.max()))
+    s, d = np.array(track.lane_path_m).T
+    px, py, _ = frame.to_plane(s, d, np.zeros_like(s))
+    stations, places, yaws = _sampled(np.column_stack([px, py]))
+    nearest = int(np.argmin(np.hypot(places[:, 0] - x, places[:, 1] - y)))
+    (at_x, at_y), ahead = places[nearest], float(yaws[nearest])
+    along, left = _turned(x - at_x, y - at_y, -ahead)
+    askew = math.remainder(yaw - ahead, 2.0 * math.pi)
+    if math.hypot(along, left) > _BESIDE_M or abs(askew) > _ASKEW_RAD:
+        return None
+    forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
+    speed = pace * math.hypot(forward, track.speed_d_mps)
+    gone = stations[nearest] + way_m(speed)
+    heading = np.interp(gone, stations, yaws)
+    beyond = np.maximum(gone - stations[-1], 0.0)
+    off_x, off_y = _turned(along + beyond, left, heading)
+    poses = (
+        np.interp(gone, stations, places[:, 0]) + off_x,
+        np.interp(gone, stations, places[:, 1]) + off_y,
+        heading + askew * np.exp(-TIMES_S / _SETTLES_S),
+    )
+    return tabulated(road, frame, track.s_m, poses, (speed * np.cos(heading), speed * np.sin(heading)))
+
+
+def _sampled(path: Array) -> tuple[Array, Array, Array]:
+    """Stations, places (n, 2) and directions of a polyline, every metre or so."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    stations = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _SAMPLE_M), 2) + 1)
+    places = np.column_stack([np.interp(stations, along, path[:, k]) for k in (0, 1)])
+    way = np.gradient(places, axis=0)
+    return stations, places, np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+
+
+def _turned(x: Array | float, y: Array | float, by_rad: Array | float) -> tuple[Array, Array]:
+    c, s = np.cos(by_rad), np.sin(by_rad)
+    return c * x - s * y, s * x + c * y

@@ -1,0 +1,152 @@
+"""Who does not follow the host's road, and whose lane is known, is predicted along it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import CruisingBody, FreeBody
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Places, Track
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.proposals.yielding import yielding
+from mcdas_opt.tracking.lane_path import along_lane
+from mcdas_opt.tracking.prediction import predict
+
+STRAIGHT = Road(lanes_left=1, lanes_right=1)
+CORNER = Road(lanes_left=1, curvature=((0.0, 0.0), (20.0, 0.0), (25.0, 0.08), (38.0, 0.08), (43.0, 0.0)))
+TIMES = np.linspace(0.0, 4.0, 81)
+RADIUS_M = 12.0
+
+
+def arc(turns_left: bool, radius_m: float = RADIUS_M) -> Array:
+    """(n, 2) of a quarter circle in a plane, from its origin on along x, then 30 m straight on."""
+    angles = np.linspace(0.0, 0.5 * math.pi, 41)
+    side = 1.0 if turns_left else -1.0
+    circle = np.column_stack([radius_m * np.sin(angles), side * radius_m * (1.0 - np.cos(angles))])
+    return np.concatenate([circle, circle[-1] + np.column_stack([np.zeros(6), side * np.arange(5.0, 31.0, 5.0)])])
+
+
+def on_it(road: Road, at: tuple[float, float, float], speed: float, beside_m: float = 0.0, turns_left: bool = True) -> Track:
+    """Somebody who begins such an arc at (s, d), turned by an angle from the road, and is so far to the left of it."""
+    frame = frame_near(road, at[0])
+    x, y, yaw = (float(q[0]) for q in frame.to_plane(*(np.array([q]) for q in at)))
+    c, s = math.cos(yaw), math.sin(yaw)
+    points = arc(turns_left)
+    px, py = x + c * points[:, 0] - s * points[:, 1], y + s * points[:, 0] + c * points[:, 1]
+    its_s, its_d, _ = frame.to_road(px, py, np.zeros(len(points)), near_s_m=at[0])
+    here = frame.to_road(*(np.array([q]) for q in (x - s * beside_m, y + c * beside_m, yaw)), near_s_m=at[0])
+    s_m, d_m, psi = (float(q[0]) for q in here)
+    stretch = 1.0 - d_m * float(road.curvature_at(s_m))
+    moving = {"speed_s_mps": speed * math.cos(psi) / stretch, "speed_d_mps": speed * math.sin(psi), "heading_rad": psi}
+    path: Places = tuple(zip(its_s.tolist(), its_d.tolist(), strict=True))
+    return replace(Track(id="1", s_m=s_m, d_m=d_m, speed_s_mps=0.0), lane_path_m=path, **moving)
+
+
+@given(
+    st.sampled_from([STRAIGHT, CORNER]), st.floats(0.0, 60.0), st.floats(-6.0, 4.0), st.floats(-math.pi, math.pi), st.floats(1.0, 14.0),
+    st.floats(-1.5, 1.5), st.booleans(),
+)  # fmt: skip
+def test_it_stays_beside_the_middle_of_its_lane_at_its_speed(
+    road: Road, s_m: float, d_m: float, heading: float, speed: float, beside_m: float, turns_left: bool
+) -> None:
+    one = on_it(road, (s_m, d_m, heading), speed, beside_m, turns_left)
+    motion = along_lane(one, road)
+    assert motion is not None
+    at = motion(TIMES)
+    assert (at.s_m[0], at.d_m[0]) == pytest.approx((one.s_m, one.d_m), abs=1e-6)
+    frame = frame_near(road, s_m)
+    x, y, yaw = (q[0] for q in frame.to_plane(*(np.array([q]) for q in (s_m, d_m, heading))))
+    px, py, _ = frame.to_plane(at.s_m, at.d_m, at.heading_rad)
+    along, left = np.cos(yaw) * (px - x) + np.sin(yaw) * (py - y), np.cos(yaw) * (py - y) - np.sin(yaw) * (px - x)
+    side = 1.0 if turns_left else -1.0
+    turning = speed * TIMES < 0.45 * math.pi * RADIUS_M
+    radii = np.hypot(along, left - side * RADIUS_M)[turning]
+    np.testing.assert_allclose(radii, RADIUS_M - side * beside_m, atol=0.15)
+    gone = np.arctan2(along, side * (side * RADIUS_M - left))[turning] * RADIUS_M
+    np.testing.assert_allclose(gone, speed * TIMES[turning], atol=0.15 + 0.02 * speed)
+
+
+@pytest.mark.parametrize("road", [STRAIGHT, CORNER])
+def test_who_is_not_in_it_does_not_follow_it(road: Road) -> None:
+    one = on_it(road, (30.0, -4.0, 1.2), 8.0)
+    assert along_lane(one, road) is not None
+    assert along_lane(replace(one, lane_path_m=None), road) is None
+    assert along_lane(on_it(road, (30.0, -4.0, 1.2), 8.0, beside_m=3.5), road) is None
+    assert one.heading_rad is not None
+    assert along_lane(replace(one, heading_rad=one.heading_rad + 1.4), road) is None
+
+
+def test_behind_the_end_of_its_lane_it_goes_straight_on() -> None:
+    one = replace(
+        Track(id="1", s_m=30.0, d_m=-20.0, speed_s_mps=0.0, speed_d_mps=8.0, heading_rad=0.5 * math.pi),
+        lane_path_m=((30.0, -25.0), (30.0, -12.0)),
+    )
+    motion = along_lane(one, STRAIGHT)
+    assert motion is not None
+    at = motion(TIMES)
+    np.testing.assert_allclose(at.s_m, 30.0, atol=1e-6)
+    np.testing.assert_allclose(at.d_m, -20.0 + 8.0 * TIMES, atol=1e-6)
+
+
+def turning_off(side: float, known: bool) -> Situation:
+    """The host waits in a queue; somebody comes straight at it, from ahead to the left (1) or the right, and turns off before it."""
+    comes = on_it(STRAIGHT, (24.0, 14.0 * side, side * math.atan2(-14.0, -24.0)), 9.0, turns_left=side > 0.0)
+    leader = Track(id="leader", s_m=8.0, d_m=0.0, speed_s_mps=0.0)
+    tracks = (comes if known else replace(comes, lane_path_m=None), leader)
+    return Situation(host=HostState(), road=STRAIGHT, coverage=Coverage(), desired_speed_mps=13.9, tracks=tracks)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_standing_host_does_not_flee_from_who_turns_off_before_it(side: float) -> None:
+    plan = Planner().plan(turning_off(side, known=True))
+    assert plan.status is Status.PLANNED
+    assert plan.trajectory.states[-1, 0] < 1.5
+    assert Planner().plan(turning_off(side, known=False)).status is Status.UNAVOIDABLE
+
+
+def test_who_comes_towards_the_host_is_predicted_along_a_lane_that_leads_elsewhere_alone() -> None:
+    oncoming = Track(id="1", s_m=60.0, d_m=3.7, speed_s_mps=-10.0, heading_rad=math.pi)
+    ahead = replace(oncoming, lane_path_m=((62.0, 3.7), (20.0, 3.9), (0.0, 3.7)))
+    across = replace(oncoming, lane_path_m=((62.0, 3.7), (50.0, 3.7), (45.0, 2.0), (42.0, -4.0), (42.0, -20.0)))
+    for one, kind in ((oncoming, CruisingBody), (ahead, CruisingBody), (across, FreeBody)):
+        (body,) = (body for body in predict([one], road=STRAIGHT).bodies if body.id == "1")
+        assert isinstance(body, kind)
+    (turns,) = predict([across], road=STRAIGHT).bodies
+    assert float(turns.at(np.array(4.0)).d_m) < -10.0
+
+
+def test_who_turns_across_in_a_lane_that_is_known_is_let_through() -> None:
+    one = replace(on_it(STRAIGHT, (45.0, 8.0, math.pi), 6.0, turns_left=True), turn_rate_radps=0.5, turn_rate_sd_radps=0.05)
+    turned = replace(
+        one, heading_rad=-0.8 * math.pi, speed_s_mps=6.0 * math.cos(-0.8 * math.pi), speed_d_mps=6.0 * math.sin(-0.8 * math.pi)
+    )
+    host = HostState(speed_mps=10.0)
+    for track, lets in ((turned, True), (replace(turned, lane_path_m=None), False)):
+        situation = Situation(host=host, road=STRAIGHT, coverage=Coverage(), desired_speed_mps=10.0, tracks=(track,))
+        assert bool(yielding(Cycle.of(situation, Planner().vehicle), 0.0)) is lets
+
+
+@pytest.mark.parametrize(
+    "path", [(), ((0.0, 0.0),), ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), ((0.0, math.nan), (1.0, 0.0)), ((1.0, 0.0), (1.0, 0.0)), "road"]
+)
+def test_what_is_no_path_is_refused_by_name(path: object) -> None:
+    with pytest.raises(ParameterError, match="lane_path_m"):
+        Track(id="1", s_m=0.0, d_m=0.0, speed_s_mps=0.0, lane_path_m=path)  # type: ignore[arg-type]
+
+
+def test_a_path_moves_with_the_origin() -> None:
+    one = Track(id="1", s_m=100.0, d_m=0.0, speed_s_mps=0.0, lane_path_m=((100.0, 0.0), (110.0, 5.0)))
+    assert one.seen_from(90.0).lane_path_m == ((10.0, 0.0), (20.0, 5.0))
