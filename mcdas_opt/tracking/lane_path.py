@@ -16,12 +16,13 @@ from mcdas_opt.tracking.free_motion import TIMES_S, pace_of, seen_in_the_plane, 
 
 _BESIDE_M, _ASKEW_RAD = 3.0, 1.2  # who is farther from its lane's middle, or turned farther from it, does not follow it
 _SAMPLE_M = 1.0
-_SETTLES_S = 0.5  # into the lane's direction
+_SETTLES_S = 0.5  # into the lane's direction, and from further off so near to its middle:
+_KEEPS_M = 0.5
 
 
 def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion] | None:
-    """The track's motion from its time on, if it follows its lane, as far beside the middle as it is now, accelerating by that rate for so
-    long; from the lane's end straight on. None where its lane is not known, or it does not follow it."""
+    """The track's motion from its time on, if it follows its lane, as far beside the middle as it is now but for what it cuts a turn by,
+    accelerating by that rate for so long; from the lane's end straight on. None where its lane is not known, or it does not follow it."""
     if track.lane_path_m is None:
         return None
     pace = pace_of(track, rate_mps2, lasts_s)
@@ -31,7 +32,7 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
     stations, places, yaws = _sampled(np.column_stack([px, py]))
     nearest = int(np.argmin(np.hypot(places[:, 0] - x, places[:, 1] - y)))
     (at_x, at_y), ahead = places[nearest], float(yaws[nearest])
-    along, left = _turned(x - at_x, y - at_y, -ahead)
+    along, left = (float(off) for off in _turned(x - at_x, y - at_y, -ahead))
     askew = math.remainder(yaw - ahead, 2.0 * math.pi)
     if math.hypot(along, left) > _BESIDE_M or abs(askew) > _ASKEW_RAD:
         return None
@@ -39,12 +40,13 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
     speed = pace * math.hypot(forward, track.speed_d_mps)
     gone = stations[nearest] + way_m(speed)
     heading = np.interp(gone, stations, yaws)
-    beyond = np.maximum(gone - stations[-1], 0.0)
-    off_x, off_y = _turned(along + beyond, left, heading)
+    beyond, settling = np.maximum(gone - stations[-1], 0.0), np.exp(-TIMES_S / _SETTLES_S)
+    kept_m = min(max(left, -_KEEPS_M), _KEEPS_M)
+    off_x, off_y = _turned(along + beyond, kept_m + (left - kept_m) * settling, heading)
     poses = (
         np.interp(gone, stations, places[:, 0]) + off_x,
         np.interp(gone, stations, places[:, 1]) + off_y,
-        heading + askew * np.exp(-TIMES_S / _SETTLES_S),
+        heading + askew * settling,
     )
     return tabulated(road, frame, track.s_m, poses, (speed * np.cos(heading), speed * np.sin(heading)))
 

@@ -75,6 +75,18 @@ def test_lanes_that_end_on_a_short_edge_end_before_it(tmp_path: Path) -> None:
     assert least_mps > 5.0
 
 
+def test_of_the_lanes_that_one_leads_to_one_that_goes_on_is_taken(tmp_path: Path) -> None:
+    nodes = {"a": (0.0, 0.0), "b": (100.0, 0.0), "c": (200.0, 0.0), "d": (400.0, 0.0), "off": (260.0, -60.0)}
+    lanes = {"a-b": 1, "b-c": 3, "c-d": 2, "c-off": 1}
+    ways: Ways = (*(("a-b", "b-c", 0, k) for k in range(3)), ("b-c", "c-off", 0, 0), ("b-c", "c-d", 1, 0), ("b-c", "c-d", 2, 1))
+    _, route = framed(linked(tmp_path, nodes, lanes, ways, "a-b b-c c-d"))
+    assert [(lane.id, lane.column, lane.goes_on) for lane in route[1].lanes] == [
+        ("b-c_0", -1, False),
+        ("b-c_1", 0, True),
+        ("b-c_2", 1, True),
+    ]
+
+
 def edge_of(*lanes: int, on: tuple[int, ...], begin_m: float) -> Edge:
     """100 m with lanes of these columns, of which those lead on."""
     shape = np.array([[begin_m, 0.0], [begin_m + 100.0, 0.0]])

@@ -57,7 +57,7 @@ def on_it(road: Road, at: tuple[float, float, float], speed: float, beside_m: fl
 
 @given(
     st.sampled_from([STRAIGHT, CORNER]), st.floats(0.0, 60.0), st.floats(-6.0, 4.0), st.floats(-math.pi, math.pi), st.floats(1.0, 14.0),
-    st.floats(-1.5, 1.5), st.booleans(),
+    st.floats(-0.5, 0.5), st.booleans(),
 )  # fmt: skip
 def test_it_stays_beside_the_middle_of_its_lane_at_its_speed(
     road: Road, s_m: float, d_m: float, heading: float, speed: float, beside_m: float, turns_left: bool
@@ -77,6 +77,18 @@ def test_it_stays_beside_the_middle_of_its_lane_at_its_speed(
     np.testing.assert_allclose(radii, RADIUS_M - side * beside_m, atol=0.15)
     gone = np.arctan2(along, side * (side * RADIUS_M - left))[turning] * RADIUS_M
     np.testing.assert_allclose(gone, speed * TIMES[turning], atol=0.15 + 0.02 * speed)
+
+
+@pytest.mark.parametrize("beside_m", [-2.5, 2.5])
+def test_who_cuts_a_turn_comes_back_to_its_lane(beside_m: float) -> None:
+    motion = along_lane(on_it(STRAIGHT, (30.0, -4.0, 1.2), 8.0, beside_m=beside_m), STRAIGHT)
+    middle = along_lane(on_it(STRAIGHT, (30.0, -4.0, 1.2), 8.0), STRAIGHT)
+    assert motion is not None
+    assert middle is not None
+    at, there = motion(TIMES), middle(TIMES)
+    off_m = np.hypot(at.s_m - there.s_m, at.d_m - there.d_m)
+    assert off_m[0] == pytest.approx(2.5, abs=0.1)
+    assert float(off_m[-1]) == pytest.approx(0.5, abs=0.1)
 
 
 @pytest.mark.parametrize("road", [STRAIGHT, CORNER])

@@ -33,7 +33,7 @@ def may_use(lanes: LaneDomain, lane: str, vehicle_class: str) -> bool:
 
 def links_along(sumo: Connection, route: Sequence[str], vehicle_class: str) -> list[Links]:
     """Of each edge, those that lead on along the route; of the last one none. Links between lanes that the vehicle may use, where there are
-    any."""
+    any; and of a lane's to such as go on themselves."""
     found: list[Links] = [{i: [] for i in range(sumo.edge.getLaneNumber(route[-1]))}]
     on = {*found[0]}
     for name, following in zip(route[-2::-1], route[:0:-1], strict=True):
@@ -43,6 +43,8 @@ def links_along(sumo: Connection, route: Sequence[str], vehicle_class: str) -> l
         ways_on = {i for i in on if may_use(sumo.lane, f"{following}_{i}", vehicle_class)}
         if any(length_m(np.asarray(sumo.lane.getShape(f"{following}_{i}"))) < _SHORT_M for i in ways_on):
             links = _to_lanes_that_go_on(links, ways_on)
+        else:
+            links = {i: [link for link in ahead if link.to in ways_on] or ahead for i, ahead in links.items()}
         found.append(links)
         on = {i for i, ahead in links.items() if ahead}
     return found[::-1]
