@@ -38,7 +38,7 @@ from mcdas_opt.planning.traffic.observed import Observed
 from mcdas_opt.planning.traffic.others import Others
 from mcdas_opt.planning.traffic.reach import in_reach_ever
 from mcdas_opt.situation.assess import assess
-from mcdas_opt.situation.attentive_followers import attentive_followers
+from mcdas_opt.situation.attentive_followers import attentive_followers, waits_at_a_line
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.situation.passed_in_lane import PassedInLane, passed_in_lane
 from mcdas_opt.situation.passing_room import is_person
@@ -89,6 +89,7 @@ class Cycle:
         before, elapsed_s = memory.observed, memory.elapsed_s
         placed = seen_locally(given, memory.origin_m)
         plausible = believed(placed, before.tracks, elapsed_s, before.supposed, vehicle)
+        waits = waits_at_a_line(plausible.situation, vehicle)
         situation = with_wanted_speed(plausible.situation, settings, vehicle)
         blind = BlindAhead.of(situation, placed.tracks, settings, before.blind_ahead, None if memory.is_empty else before.tracks, elapsed_s)
         situation = in_order(situation if blind is None else blind.driven_in(situation, settings))
@@ -96,7 +97,8 @@ class Cycle:
         active = None if active is None or active.finished(situation) else active
         leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(situation)
         choice = before.lane_choice
-        choice = lane_choice(situation, vehicle, settings, choice, elapsed_s) if active is None else choice.resting
+        passes_nobody = waits or active is not None
+        choice = choice.resting if passes_nobody else lane_choice(situation, vehicle, settings, choice, elapsed_s)
         deficits = front_deficits(situation, vehicle, settings.safe_end, before.deficits, elapsed_s)
         attentive = attentive_followers(situation, vehicle, settings, before.attentive)
         in_lane = passed_in_lane(situation, vehicle, before.passed_in_lane, elapsed_s)

@@ -14,7 +14,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
-from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.stateless import plan, step
@@ -24,7 +24,7 @@ FOLLOWER = Track(id="follower", s_m=-70.0, d_m=0.0, speed_s_mps=13.0)
 
 
 def driven(
-    speed_mps: float, line_m: float | None, seconds: float, others: tuple[Track, ...] = (), start_m: float = 0.0
+    speed_mps: float, line_m: float | None, seconds: float, others: tuple[Track, ...] = (), start_m: float = 0.0, lanes_left: int = 0
 ) -> Iterator[tuple[Plan, HostState]]:
     """Everything as it is planned, ten times a second; others keep their speed."""
     planner, host = Planner(), HostState(s_m=start_m, speed_mps=speed_mps)
@@ -34,7 +34,7 @@ def driven(
             host=host,
             coverage=Coverage(),
             tracks=tuple(one.later(0.1 * k) for one in others),
-            road=Road(lane_width_m=3.5, lanes_left=0, lanes_right=0),
+            road=Road(lane_width_m=3.5, lanes_left=lanes_left, lanes_right=0),
             desired_speed_mps=max(speed_mps, 13.9),
             stop_line_s_m=line_m,
         )
@@ -81,6 +81,13 @@ def test_a_line_that_is_behind_the_front_bumper_says_nothing() -> None:
 def test_a_line_is_a_place(line: object) -> None:
     with pytest.raises(ParameterError, match="stop_line_s_m"):
         Situation(host=HostState(), coverage=Coverage(), stop_line_s_m=line)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("line_m", "changes"), [(75.0, False), (None, True)])
+def test_nobody_is_passed_on_the_way_to_the_line(line_m: float | None, changes: bool) -> None:
+    leader = Track(id="leader", s_m=40.0, d_m=0.0, speed_s_mps=7.0)
+    sides = {plan.side for plan, _ in driven(12.0, line_m, 4.0, (leader,), lanes_left=1)}
+    assert (Side.LEFT in sides) is changes
 
 
 def test_it_goes_into_the_document_and_comes_back() -> None:
