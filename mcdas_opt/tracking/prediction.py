@@ -44,7 +44,6 @@ _AT_ONCE_S = np.linspace(0.0, 0.5, 6)
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
 _ROUNDING_M = 1e-6  # what a shift of the origin may change
-LEADS_OFF_M = 1.5  # a lane that stays nearer to its place across the road leads along it
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
 SHIELDED_MPS2, SHIELDED_SIDEWAYS_MPS = 3.0, 0.5  # braking, and a speed across the road, that nobody needs more of to stay behind another
 
@@ -63,10 +62,10 @@ def predict(
     ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it follows its lane, where
-    that is known, else it keeps its velocity and its heading, or ends its turn; once more, if it clearly pulls away. So is who comes
-    towards the host in a lane that leads elsewhere. So is, besides, who stands or creeps aslant, and whoever is known to head along a road
-    that turns as tightly as at a crossing, and may go straight on there. Who comes towards the host there either goes straight on or keeps
-    to his lane's turn, settling soon: his speed across the road is that of cutting the turn, not of changing lanes.
+    that is known, else it keeps its velocity and its heading, or ends its turn; once more, if it clearly pulls away. So is, besides, who
+    stands or creeps aslant, and whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on
+    there, unless its lane is known. Who comes towards the host there either goes straight on or keeps to his lane's turn, settling soon:
+    his speed across the road is that of cutting the turn, not of changing lanes.
 
     Who clearly turns with the road (`turns_with`) does not go straight on; who clearly turns back into its direction settles as soon as
     that takes (`settling_s`).
@@ -79,7 +78,7 @@ def predict(
         if track.id in shielded:
             continue
         lane = along_lane(track, road or Road())
-        if not track.follows_road or (lane is not None and _leads_off(track)):
+        if not track.follows_road:
             bodies.append(_free(track, settings, lane or _free_motion(track, road or Road()), track.id))
             if road is not None and (rate := pulling_away(track, road)) is not None:
                 faster = along_lane(track, road, *rate) or _free_motion(track, road, *rate)
@@ -87,7 +86,7 @@ def predict(
             continue
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
-        is_too_fast = meets_a_turn and road is not None and not turns_with(track, road)
+        is_too_fast = meets_a_turn and road is not None and lane is None and not turns_with(track, road)
         if is_too_fast or track.lies_aslant:
             bodies.append(_free(track, settings, _free_motion(track, road or Road()), Variant.STRAIGHT_ON.of(track.id)))
         drifting = CruisingBody(
@@ -141,12 +140,6 @@ def _free_motion(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: floa
         return straight_on(track, road, rate_mps2, lasts_s)
     is_at_once = to_turn_rad(track.heading_rad or 0.0, rate) <= abs(rate) * TURNS_IN_S
     return (turning_in if is_at_once else straight_on)(track, road, rate_mps2, lasts_s)
-
-
-def _leads_off(track: Track) -> bool:
-    """Whether it comes towards the host in a lane that does not lead along the road."""
-    path = track.lane_path_m
-    return path is not None and track.speed_s_mps < 0.0 and max(abs(d - track.d_m) for _, d in path) > LEADS_OFF_M
 
 
 def _free(track: Track, settings: PredictionSettings, motion: Callable[[Array], BodyMotion], name: str) -> FreeBody:

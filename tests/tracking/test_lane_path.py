@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import CruisingBody, FreeBody
+from mcdas_opt.domain.prediction import CruisingBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Places, Track
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
@@ -129,15 +130,13 @@ def test_a_standing_host_does_not_flee_from_who_turns_off_before_it(side: float)
     assert Planner().plan(turning_off(side, known=False)).status is Status.UNAVOIDABLE
 
 
-def test_who_comes_towards_the_host_is_predicted_along_a_lane_that_leads_elsewhere_alone() -> None:
+def test_who_comes_through_a_turn_in_a_lane_that_is_known_does_not_go_straight_on() -> None:
+    # a car in the lane beside, towards the host, where the road turns as at a crossing
     oncoming = Track(id="1", s_m=60.0, d_m=3.7, speed_s_mps=-10.0, heading_rad=math.pi)
-    ahead = replace(oncoming, lane_path_m=((62.0, 3.7), (20.0, 3.9), (0.0, 3.7)))
-    across = replace(oncoming, lane_path_m=((62.0, 3.7), (50.0, 3.7), (45.0, 2.0), (42.0, -4.0), (42.0, -20.0)))
-    for one, kind in ((oncoming, CruisingBody), (ahead, CruisingBody), (across, FreeBody)):
-        (body,) = (body for body in predict([one], road=STRAIGHT).bodies if body.id == "1")
-        assert isinstance(body, kind)
-    (turns,) = predict([across], road=STRAIGHT).bodies
-    assert float(turns.at(np.array(4.0)).d_m) < -10.0
+    along = replace(oncoming, lane_path_m=((62.0, 3.7), (20.0, 3.7), (0.0, 3.7)))
+    assert {body.id for body in predict([oncoming], road=CORNER).bodies} == {"1", Variant.STRAIGHT_ON.of("1")}
+    (body,) = predict([along], road=CORNER).bodies
+    assert isinstance(body, CruisingBody)
 
 
 def test_who_turns_across_in_a_lane_that_is_known_is_let_through() -> None:
