@@ -12,12 +12,15 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED
+from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.tracking.free_motion import TIMES_S, pace_of, seen_in_the_plane, tabulated, way_m
 
 _BESIDE_M, _ASKEW_RAD = 3.0, 1.2  # who is farther from its lane's middle, or turned farther from it, does not follow it
 _SAMPLE_M = 1.0
 _SETTLES_S = 0.5  # into the lane's direction, and from further off so near to its middle:
 _KEEPS_M = 0.5
+_LEADS_OFF_M = 1.5  # a lane that stays nearer to its place across the road leads along it
+_BEND_M, _TURN_MPS2 = 4.0, 4.0  # to either side of a place, over which a path of few points bends; and across, at most
 
 
 def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float = 0.0) -> Callable[[Array], BodyMotion] | None:
@@ -49,6 +52,19 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
         heading + askew * settling,
     )
     return tabulated(road, frame, track.s_m, poses, (speed * np.cos(heading), speed * np.sin(heading)))
+
+
+def leads_off_gently(track: Track, road: Road) -> bool:
+    """Whether the lane of somebody leads elsewhere than along the road, by bends that he can drive through as fast as he is."""
+    path = track.lane_path_m
+    if path is None or max(abs(d - track.d_m) for _, d in path) <= _LEADS_OFF_M:
+        return False
+    s, d = np.array(path).T
+    x, y, _ = frame_near(road, track.s_m).to_plane(s, d, np.zeros_like(s))
+    stations, _, yaws = _sampled(np.column_stack([x, y]))
+    bends = np.interp(stations + _BEND_M, stations, yaws) - np.interp(stations - _BEND_M, stations, yaws)
+    sharpest = float(np.abs(bends).max()) / (2.0 * _BEND_M)
+    return sharpest * (track.speed_s_mps**2 + track.speed_d_mps**2) <= _TURN_MPS2
 
 
 def _sampled(path: Array) -> tuple[Array, Array, Array]:

@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.free_motion import straight_on, to_turn_rad, turning_in
-from mcdas_opt.tracking.lane_path import along_lane
+from mcdas_opt.tracking.lane_path import along_lane, leads_off_gently
 from mcdas_opt.tracking.slow_traffic import SLOW_MPS, TURN_1PM, is_in_a_queue, with_followers_in_slow_traffic
 
 CONSTANT_VELOCITY = "constant-velocity"
@@ -62,10 +62,11 @@ def predict(
     ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it follows its lane, where
-    that is known, else it keeps its velocity and its heading, or ends its turn; once more, if it clearly pulls away. So is, besides, who
-    stands or creeps aslant, and whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on
-    there, unless its lane is known. Who comes towards the host there either goes straight on or keeps to his lane's turn, settling soon:
-    his speed across the road is that of cutting the turn, not of changing lanes.
+    that is known, else it keeps its velocity and its heading, or ends its turn; once more, if it clearly pulls away. So is who comes
+    towards the host in a lane that leads elsewhere, where he is slow enough for its bends. So is, besides, who stands or creeps aslant;
+    and whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there, unless its lane is
+    known. Who comes towards the host there either goes straight on or keeps to his lane's turn, settling soon: his speed across the road
+    is that of cutting the turn, not of changing lanes.
 
     Who clearly turns with the road (`turns_with`) does not go straight on; who clearly turns back into its direction settles as soon as
     that takes (`settling_s`).
@@ -78,7 +79,7 @@ def predict(
         if track.id in shielded:
             continue
         lane = along_lane(track, road or Road())
-        if not track.follows_road:
+        if not track.follows_road or (lane is not None and track.speed_s_mps < 0.0 and leads_off_gently(track, road or Road())):
             bodies.append(_free(track, settings, lane or _free_motion(track, road or Road()), track.id))
             if road is not None and (rate := pulling_away(track, road)) is not None:
                 faster = along_lane(track, road, *rate) or _free_motion(track, road, *rate)

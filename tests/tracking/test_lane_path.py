@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import CruisingBody
+from mcdas_opt.domain.prediction import CruisingBody, FreeBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
@@ -137,6 +137,14 @@ def test_who_comes_through_a_turn_in_a_lane_that_is_known_does_not_go_straight_o
     assert {body.id for body in predict([oncoming], road=CORNER).bodies} == {"1", Variant.STRAIGHT_ON.of("1")}
     (body,) = predict([along], road=CORNER).bodies
     assert isinstance(body, CruisingBody)
+
+
+@pytest.mark.parametrize(("speed", "kind"), [(4.0, FreeBody), (10.0, CruisingBody)])
+def test_who_comes_towards_the_host_is_predicted_along_a_lane_that_leads_off_by_bends_that_he_can_drive(speed: float, kind: type) -> None:
+    turn = [(50.0 - 6.0 * math.sin(u), -2.3 + 6.0 * math.cos(u)) for u in np.linspace(0.0, 0.5 * math.pi, 9)]
+    across = ((62.0, 3.7), *turn, (44.0, -20.0))
+    (body,) = predict([Track(id="1", s_m=60.0, d_m=3.7, speed_s_mps=-speed, heading_rad=math.pi, lane_path_m=across)], road=STRAIGHT).bodies
+    assert isinstance(body, kind)
 
 
 def test_who_turns_across_in_a_lane_that_is_known_is_let_through() -> None:
