@@ -36,6 +36,7 @@ CROSSING_MPS = 1.0
 _CREEPING_MPS, _ASLANT_M = 1.5, 0.25  # who is slower stays as he is turned; what his body then takes to either side counts from so much on
 _SEEN_MPS2, _SEEN_SIGMAS = 1.0, 2.0  # braking that is seen, and in standard deviations
 Places = tuple[tuple[float, float], ...]  # (s, d) each [m]
+_MOST_PLACES = 1000
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _AS_A_CAR_M = (4.5, 1.8)
 USUAL_SIZE_M = {
@@ -69,7 +70,7 @@ class Track(EqualByValue):
     At most a full turn; beyond half a turn it is counted the other way round.
     `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
     the number says nothing.
-    `lane_path_m`, at least two places (s, d), is the middle of the lane that it is in, from where it is, or before, to where it
+    `lane_path_m`, two to a thousand places (s, d), is the middle of the lane that it is in, from where it is, or before, to where it
     is not known any more which lane it takes; a map tells. Who does not follow the road, or comes towards the host in a lane that leads
     elsewhere, slowly enough for its bends, is then predicted to follow its lane; and nobody to leave it where the road turns. None: not
     known.
@@ -229,8 +230,8 @@ class Track(EqualByValue):
 def _path(name: str, value: object) -> Places:
     """`value` as places, one after the other."""
     path = floats(name, value, "must be at least two places (s, d)", "m")
-    if path.ndim != 2 or path.shape[0] < 2 or path.shape[1] != 2:
-        raise ParameterError(name, f"shape {path.shape}", "must be at least two places (s, d)", "m")
+    if path.ndim != 2 or not 2 <= path.shape[0] <= _MOST_PLACES or path.shape[1] != 2:
+        raise ParameterError(name, f"shape {path.shape}", f"must be two to {_MOST_PLACES} places (s, d)", "m")
     if not bool(np.all(np.abs(path) <= 2.0 * FARTHEST_M)):  # false for NaN
         raise ParameterError(name, "a place", f"must be within {2.0 * FARTHEST_M:g}", "m")
     if not bool(np.any(np.diff(path, axis=0), axis=1).all()):

@@ -11,14 +11,14 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
-from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED
-from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED, FrenetFrame
 from mcdas_opt.tracking.free_motion import TIMES_S, pace_of, seen_in_the_plane, tabulated, way_m
 
 _BESIDE_M, _ASKEW_RAD = 3.0, 1.2  # who is farther from its lane's middle, or turned farther from it, does not follow it
-_SAMPLE_M = 1.0
+_SAMPLE_M, _BEHIND_M, _FARTHEST_M = 1.0, 5.0, 1000.0
 _SETTLES_S = 0.5  # into the lane's direction, and from further off so near to its middle:
 _KEEPS_M = 0.5
+_LOOKED_AT_M = 100.0  # of a lane, for its bends
 _LEADS_OFF_M = 1.5  # a lane that stays nearer to its place across the road leads along it
 _BEND_M, _TURN_MPS2 = 4.0, 4.0  # to either side of a place, over which a path of few points bends; and across, at most
 
@@ -30,18 +30,17 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
         return None
     pace = pace_of(track, rate_mps2, lasts_s)
     frame, (x, y, yaw) = seen_in_the_plane(track, road, float(pace.max()))
-    s, d = np.array(track.lane_path_m).T
-    px, py, _ = frame.to_plane(s, d, np.zeros_like(s))
-    stations, places, yaws = _sampled(np.column_stack([px, py]))
+    forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
+    speed = pace * math.hypot(forward, track.speed_d_mps)
+    way = way_m(speed)
+    stations, places, yaws = _sampled(_in_the_plane(track, frame), (x, y), float(way[-1]))
     nearest = int(np.argmin(np.hypot(places[:, 0] - x, places[:, 1] - y)))
     (at_x, at_y), ahead = places[nearest], float(yaws[nearest])
     along, left = (float(off) for off in _turned(x - at_x, y - at_y, -ahead))
     askew = math.remainder(yaw - ahead, 2.0 * math.pi)
     if math.hypot(along, left) > _BESIDE_M or abs(askew) > _ASKEW_RAD:
         return None
-    forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
-    speed = pace * math.hypot(forward, track.speed_d_mps)
-    gone = stations[nearest] + way_m(speed)
+    gone = stations[nearest] + way
     heading = np.interp(gone, stations, yaws)
     beyond, settling = np.maximum(gone - stations[-1], 0.0), np.exp(-TIMES_S / _SETTLES_S)
     kept_m = min(max(left, -_KEEPS_M), _KEEPS_M)
@@ -59,19 +58,33 @@ def leads_off_gently(track: Track, road: Road) -> bool:
     path = track.lane_path_m
     if path is None or max(abs(d - track.d_m) for _, d in path) <= _LEADS_OFF_M:
         return False
-    s, d = np.array(path).T
-    x, y, _ = frame_near(road, track.s_m).to_plane(s, d, np.zeros_like(s))
-    stations, _, yaws = _sampled(np.column_stack([x, y]))
+    frame, (x, y, _) = seen_in_the_plane(track, road, 1.0)
+    stations, _, yaws = _sampled(_in_the_plane(track, frame), (x, y), _LOOKED_AT_M)
     bends = np.interp(stations + _BEND_M, stations, yaws) - np.interp(stations - _BEND_M, stations, yaws)
     sharpest = float(np.abs(bends).max()) / (2.0 * _BEND_M)
     return sharpest * (track.speed_s_mps**2 + track.speed_d_mps**2) <= _TURN_MPS2
 
 
-def _sampled(path: Array) -> tuple[Array, Array, Array]:
-    """Stations, places (n, 2) and directions of a polyline, every metre or so."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    stations = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _SAMPLE_M), 2) + 1)
-    places = np.column_stack([np.interp(stations, along, path[:, k]) for k in (0, 1)])
+def _in_the_plane(track: Track, frame: FrenetFrame) -> Array:
+    """(n, 2) of its lane."""
+    s, d = np.array(track.lane_path_m).T
+    x, y, _ = frame.to_plane(s, d, np.zeros_like(s))
+    return np.column_stack([x, y])
+
+
+def _sampled(path: Array, place: tuple[float, float], ahead_m: float) -> tuple[Array, Array, Array]:
+    """Stations, places (n, 2) and directions of a polyline, every metre or so: from a little before what is nearest to a place, as far as
+    it is of matter."""
+    steps = np.diff(path, axis=0)
+    lengths = np.hypot(*steps.T)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    share = np.clip(((np.array(place) - path[:-1]) * steps).sum(axis=1) / np.maximum(lengths**2, 1e-12), 0.0, 1.0)
+    off = np.hypot(*(path[:-1] + share[:, None] * steps - place).T)
+    k = int(np.argmin(off))
+    foot_m = float(along[k] + share[k] * lengths[k])
+    begin_m, end_m = max(foot_m - _BEHIND_M, 0.0), min(foot_m + min(ahead_m, _FARTHEST_M) + _BEHIND_M, float(along[-1]))
+    stations = np.linspace(begin_m, end_m, max(math.ceil((end_m - begin_m) / _SAMPLE_M), 2) + 1)
+    places = np.column_stack([np.interp(stations, along, path[:, i]) for i in (0, 1)])
     way = np.gradient(places, axis=0)
     return stations, places, np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
 

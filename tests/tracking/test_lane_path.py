@@ -114,6 +114,15 @@ def test_behind_the_end_of_its_lane_it_goes_straight_on() -> None:
     np.testing.assert_allclose(at.d_m, -20.0 + 8.0 * TIMES, atol=1e-6)
 
 
+def test_of_a_lane_that_leads_far_no_more_is_looked_at_than_matters() -> None:
+    near, far = ((30.0, -25.0), (30.0, 80.0)), ((30.0, -1e6), (30.0, 1e6))
+    crossing = Track(id="1", s_m=30.0, d_m=-20.0, speed_s_mps=0.0, speed_d_mps=8.0, heading_rad=0.5 * math.pi)
+    motions = [along_lane(replace(crossing, lane_path_m=path), STRAIGHT) for path in (near, far)]
+    assert all(motion is not None for motion in motions)
+    there, same = (motion(TIMES) for motion in motions if motion is not None)
+    np.testing.assert_allclose(same.d_m, there.d_m, atol=1e-6)
+
+
 def turning_off(side: float, known: bool) -> Situation:
     """The host waits in a queue; somebody comes straight at it, from ahead to the left (1) or the right, and turns off before it."""
     comes = on_it(STRAIGHT, (24.0, 14.0 * side, side * math.atan2(-14.0, -24.0)), 9.0, turns_left=side > 0.0)
