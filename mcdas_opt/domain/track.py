@@ -229,13 +229,14 @@ class Track(EqualByValue):
 
 def _path(name: str, value: object) -> Places:
     """`value` as places, one after the other."""
-    path = floats(name, value, "must be at least two places (s, d)", "m")
+    rule = f"must be two to {_MOST_PLACES} places (s, d), none twice in a row"
+    path = floats(name, value, rule)
     if path.ndim != 2 or not 2 <= path.shape[0] <= _MOST_PLACES or path.shape[1] != 2:
-        raise ParameterError(name, f"shape {path.shape}", f"must be two to {_MOST_PLACES} places (s, d)", "m")
-    if not bool(np.all(np.abs(path) <= 2.0 * FARTHEST_M)):  # false for NaN
-        raise ParameterError(name, "a place", f"must be within {2.0 * FARTHEST_M:g}", "m")
-    if not bool(np.any(np.diff(path, axis=0), axis=1).all()):
-        raise ParameterError(name, "a place twice", "must have no place twice in a row", "m")
+        raise ParameterError(name, f"shape {path.shape}", rule)
+    for s, d in path[~(np.abs(path) <= 2.0 * FARTHEST_M).all(axis=1)].tolist():  # NaN is no number within
+        raise ParameterError(name, f"({s:g}, {d:g})", f"must be places of numbers within {2.0 * FARTHEST_M:g}", "m")
+    for s, d in path[1:][~np.any(np.diff(path, axis=0), axis=1)].tolist():
+        raise ParameterError(name, f"({s:g}, {d:g})", rule)
     return tuple((s, d) for s, d in path.tolist())
 
 
