@@ -20,7 +20,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.vocabulary import Alert, Mode, Side
+from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.cycle import Cycle
@@ -389,3 +389,13 @@ def test_a_lane_of_oncoming_traffic_is_left(lorry_m: float | None, ahead: bool, 
     assert any("out of a lane that is none to drive in" in cycle.plan.reason for cycle in drive.cycles)
     if lorry_m is not None:
         assert bool(drive.neighbours[0].s_m[-1] > drive.trajectory.s_m[-1]) is ahead
+
+
+@pytest.mark.parametrize("end_m", np.arange(6.0, 14.0, 0.5))
+@pytest.mark.parametrize("speed", [0.0, 0.1, 0.5])
+def test_a_car_that_stands_before_the_end_of_its_lane_goes_round_it(end_m: float, speed: float) -> None:
+    # those that stood 9 to 12.5 m before it stayed there, the lane beside them free
+    car = Vehicle()
+    road = Road(lane_width_m=3.2, lanes_right=1, lanes=(Lane(lane=0, closed_m=((0.5 * car.length_m + end_m, 500.0),)),))
+    plan = Planner(car).plan(Situation(host=HostState(speed_mps=speed), road=road, coverage=Coverage(), desired_speed_mps=13.9))
+    assert (plan.status, plan.side) == (Status.PLANNED, Side.RIGHT)

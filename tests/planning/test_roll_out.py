@@ -99,6 +99,28 @@ def test_a_standing_car_drives_off_as_planned() -> None:
     assert driven.speed_mps[-1] == pytest.approx(2.9 * 3.8 + 0.1 + 0.245, abs=1e-9)
 
 
+@given(seed=st.integers(0, 10**6))
+def test_a_car_that_waits_drives_off_with_the_steering_and_the_acceleration_that_are_meant(seed: int) -> None:
+    # the steering of the steps before was left out, and what they lowered the acceleration by
+    rng = np.random.default_rng(seed)
+    waits = int(rng.integers(2, 8))
+    inputs = np.zeros((40, 2))
+    inputs[:waits] = np.column_stack([rng.uniform(-1.5, 1.5, waits), rng.uniform(-0.5, 0.5, waits)])
+    inputs[waits, 0] = 10.0 - 10.0 * inputs[:waits, 0].sum() * 0.1
+    meant = 0.1 * np.cumsum(inputs, axis=0)
+    planned = np.where(np.arange(41) > waits + 4, 1.0, 0.0)  # half a second before it is told to be so fast
+    driven = roll_out(HostState(), planned, inputs, GRID, CAR, Road())
+    assert driven.steering_rad[1:] == pytest.approx(meant[:, 1])
+    assert driven.acceleration_mps2[waits + 1 :] == pytest.approx(meant[waits:, 0])
+    again = roll_out(HostState(), planned, driven.inputs[:-1], GRID, CAR, Road())
+    assert again.states == pytest.approx(driven.states, abs=1e-9)
+
+
+def test_a_car_that_stays_steers_nothing() -> None:
+    driven = roll_out(HostState(steering_rad=0.1), np.full(41, 0.1), np.full((40, 2), [1.0, 0.2]), GRID, CAR, Road())
+    assert np.all(driven.steering_rad == 0.1)
+
+
 def test_a_standing_car_never_rolls_back() -> None:
     driven = roll_out(HostState(), np.full(41, 1.0), np.full((40, 2), [-5.0, 0.0]), GRID, CAR, Road())
     assert driven.speed_mps.min() == 0.0

@@ -64,19 +64,28 @@ static void step(const Road *on, const double *x, double h, double *next)
     }
 }
 
-/* x (nodes + 1, NX) with the start in its first row; u (nodes, 2) is zeroed where the car stands; planned speeds (nodes + 1);
- * road (2, knots) */
+/* x (nodes + 1, NX) with the start in its first row; u (nodes, 2): where the car stands no jerk, and no steering if it never drives off;
+ * where it does the one to the acceleration that is meant by then, as far as the car can; planned speeds (nodes + 1); road (2, knots) */
 PUBLIC void mcdas_drive(whole nodes, const double *h, const double *planned, double starts, const double *car, whole knots,
                         const double *road, double *u, double *x)
 {
+    double meant = x[V] <= 1e-9 ? GREATER(x[A], 0.0) : x[A]; /* acceleration, by the inputs so far */
+    whole leaves = nodes;
+    while (leaves > 0 && planned[leaves] < starts) leaves--;
     for (whole k = 0; k < nodes; k++, x += NX, u += 2) {
         double *next = x + NX;
-        if (x[V] <= 1e-9 && x[A] <= 0.0 && (planned[k + 1] < starts || u[0] <= 0.0)) {
-            u[0] = u[1] = 0.0;
+        const int stands = x[V] <= 1e-9 && x[A] <= 0.0;
+        const double jerk = u[0] + (meant - x[A]) / h[k];
+        meant += u[0] * h[k];
+        if (stands && (planned[k + 1] < starts || jerk <= 0.0)) {
+            u[0] = 0.0;
+            if (k >= leaves) u[1] = 0.0;
             memcpy(next, x, sizeof(double) * NX);
             next[A] = 0.0;
+            next[DELTA] += u[1] * h[k];
             continue;
         }
+        if (stands) u[0] = LESSER(jerk, car[2]);
         if (x[A] < 0.0 && x[A] + u[0] * h[k] >= 0.0 && time_to_stop(x[V], x[A], u[0]) < h[k]) u[0] = -(x[A] + HELD) / h[k];
         const Road on = {u, car, road, road + knots, knots};
         step(&on, x, h[k], next);

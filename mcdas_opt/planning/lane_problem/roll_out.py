@@ -28,8 +28,8 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
     """The trajectory (N + 1 samples) of inputs (N, 2) from the measured state.
 
     Where the speed would fall through zero the brakes hold the car: it stands, with no acceleration, until the planned speed (N + 1) says
-    that it drives off; a jerk that would turn its deceleration round within that step is lowered. Road beyond its knots keeps its
-    curvature.
+    that it drives off; until then it steers, if it ever does, and then it accelerates as the inputs mean it to by then. A jerk that would
+    turn its deceleration round within the step in which it stops is lowered. Road beyond its knots keeps its curvature.
     """
     u = np.array(inputs, dtype=np.float64)
     planned = soon(np.asarray(planned_speed_mps, dtype=np.float64), grid)
@@ -53,7 +53,7 @@ def soon(planned_mps: Array, grid: TimeGrid) -> Array:
 
 @lru_cache(maxsize=16)
 def _car(vehicle: Vehicle) -> Array:
-    return np.array([vehicle.wheelbase_m, vehicle.centre_m])
+    return np.array([vehicle.wheelbase_m, vehicle.centre_m, vehicle.jerk_max_mps3])
 
 
 def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeGrid, vehicle: Vehicle, road: Road) -> Array:
@@ -64,13 +64,19 @@ def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeG
         return 0.0 if road.is_straight else float(road.curvature_at(s))
 
     states = [x]
+    meant = max(x[4], 0.0) if x[3] <= 1e-9 else x[4]  # acceleration, by the inputs so far
+    leaves = max((k for k, speed in enumerate(planned_speed_mps.tolist()) if speed >= _STARTS_MPS), default=0)
     for k, h in enumerate(grid.steps_s.tolist()):
-        standing = x[3] <= 1e-9 and x[4] <= 0.0
-        if standing and (planned_speed_mps[k + 1] < _STARTS_MPS or u[k, 0] <= 0.0):
-            u[k] = (0.0, 0.0)
-            x = [*x[:4], 0.0, x[5]]
+        stands = x[3] <= 1e-9 and x[4] <= 0.0
+        jerk = float(u[k, 0]) + (meant - x[4]) / h
+        meant += float(u[k, 0]) * h
+        if stands and (planned_speed_mps[k + 1] < _STARTS_MPS or jerk <= 0.0):
+            u[k] = (0.0, u[k, 1] if k < leaves else 0.0)
+            x = [*x[:4], 0.0, x[5] + float(u[k, 1]) * h]
             states.append(x)
             continue
+        if stands:
+            u[k, 0] = min(jerk, vehicle.jerk_max_mps3)
         if x[4] < 0.0 <= x[4] + u[k, 0] * h and time_to_stop(x[3], x[4], float(u[k, 0])) < h:
             u[k, 0] = -(x[4] + _HELD_MPS2) / h
         x = held_step(x, (float(u[k, 0]), float(u[k, 1])), h, curvature, vehicle)
