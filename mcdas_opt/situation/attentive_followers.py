@@ -8,17 +8,13 @@ from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.situation.occupancy import blocked_sides
 from mcdas_opt.situation.roles import gap_m
 
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
 _IN_A_TOWN_MPS = 17.0  # 60 km/h
-_STANDS_MPS, _HELD_MPS = 1.0, 2.0  # who is slower stands; a host that is faster is not held
-_ROLLS_MPS = 0.5  # a host that is slower steers out to no side
-_SHOULDER = 0.5  # of the usual lane's width: a narrower one is no way out
+_QUEUE_MPS = 3.0  # who is slower stands in a queue, or rolls with it
 _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it, or him
 
 
@@ -34,7 +30,7 @@ def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settin
     followers = [track for track in situation.tracks if _follows(track, situation)]
     if not followers:
         return frozenset()
-    held = _is_held(situation, vehicle, settings)
+    held = _is_held(situation, vehicle)
     fastest_mps = math.inf if waits_at_a_line(situation, vehicle) else _IN_A_TOWN_MPS if held else 0.0
     waiting = {track.id for track in followers if track.speed_s_mps <= fastest_mps} | before
     return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, track.id in waiting))
@@ -69,18 +65,12 @@ def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
     return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= _NEAR_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
 
 
-def _is_held(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
-    """Whether the host stands, or nearly, behind somebody who stands or where its lane ends, and no side is open to steer out to: from
-    standing none is."""
-    host, road = situation.host, situation.road
-    if host.speed_mps > _HELD_MPS:
+def _is_held(situation: Situation, vehicle: Vehicle) -> bool:
+    """Whether the host stands, or rolls, behind somebody who does, or so near to where its lane ends. A side that is open makes no
+    difference: it is no less so once he is seen not to brake."""
+    host = situation.host
+    if host.speed_mps > _QUEUE_MPS:
         return False
-    ahead = (one for one in situation.tracks if one.s_m > host.s_m and abs(one.speed_s_mps) < _STANDS_MPS and situation.shares_lane(one))
-    end_m = road.lane_ends_m(situation.host_lane, host.s_m, vehicle.width_m) - host.s_m - 0.5 * vehicle.length_m
-    if abs(end_m) > _NEAR_M and not any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead):
-        return False
-    if host.speed_mps < _ROLLS_MPS:
-        return True
-    blocked = blocked_sides(situation.tracks, situation.coverage, situation.host_lane, host, vehicle, road, settings.selector)
-    shoulder_m = max(road.shoulder_left_m, road.shoulder_right_m)
-    return {Sector.LEFT, Sector.RIGHT} <= blocked and shoulder_m < _SHOULDER * road.lane_width_m
+    ahead = (one for one in situation.tracks if one.s_m > host.s_m and abs(one.speed_s_mps) < _QUEUE_MPS and situation.shares_lane(one))
+    end_m = situation.road.lane_ends_m(situation.host_lane, host.s_m, vehicle.width_m) - host.s_m - 0.5 * vehicle.length_m
+    return abs(end_m) <= _NEAR_M or any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead)

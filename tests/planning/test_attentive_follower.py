@@ -216,10 +216,13 @@ def test_who_is_in_both_lanes_goes_on_and_a_follower_there_is_expected_to_brake(
         assert go_on_unpressed(cycle, cycle.active).relies_on_followers is relies
 
 
-def in_a_queue(road: Road, follower_mps: float, behind_m: float, *lanes: int, host_mps: float = 0.0) -> Plan:
-    """The host stands, or rolls, 3 m behind somebody who stands; in these lanes others do, too."""
+def in_a_queue(road: Road, follower_mps: float, behind_m: float, *lanes: int, host_mps: float = 0.0, queue_mps: float = 0.0) -> Plan:
+    """The host stands, or rolls, 3 m and 1.5 s behind somebody who does; in these lanes others do, too."""
     standing = {f"{lane} {k}": (7.0 * k - 8.0, road.lane_width_m * lane) for lane in lanes for k in range(4)}
-    tracks = [Track(id=name, s_m=s_m, d_m=d_m, speed_s_mps=0.0) for name, (s_m, d_m) in {"leader": (7.5, 0.0), **standing}.items()]
+    tracks = [
+        Track(id=name, s_m=s_m, d_m=d_m, speed_s_mps=queue_mps)
+        for name, (s_m, d_m) in {"leader": (7.5 + 1.5 * queue_mps, 0.0), **standing}.items()
+    ]
     tracks.append(Track(id="follower", s_m=-4.5 - behind_m, d_m=0.0, speed_s_mps=follower_mps))
     return planned(
         Situation(host=HostState(speed_mps=host_mps), road=road, coverage=Coverage(), desired_speed_mps=13.9, tracks=tuple(tracks))
@@ -247,18 +250,39 @@ BESIDE_A_WAY_OUT = [Road(lanes_left=1), Road(lanes_right=1), Road(shoulder_right
 
 
 @pytest.mark.parametrize("road", BESIDE_A_WAY_OUT)
-def test_where_there_is_a_way_out_beside_the_queue_he_is_not(road: Road) -> None:
-    assert "is expected to brake" not in in_a_queue(road, 16.5, 50.0, host_mps=1.0).reason
+def test_where_there_is_a_way_out_and_the_host_drives_he_is_not(road: Road) -> None:
+    assert "is expected to brake" not in in_a_queue(road, 16.5, 50.0, host_mps=4.0, queue_mps=4.0).reason
 
 
 @pytest.mark.parametrize("road", BESIDE_A_WAY_OUT)
 @pytest.mark.parametrize(("follower_mps", "behind_m"), [(13.3, 40.0), (13.9, 60.0), (16.5, 50.0)])
-def test_a_host_that_stands_has_no_way_out_and_stays_where_it_is(road: Road, follower_mps: float, behind_m: float) -> None:
-    # it drove into the car ahead at 6 m/s, for a follower who needs no more than 2.8 m/s^2
-    plan = in_a_queue(road, follower_mps, behind_m)
-    assert plan.status is Status.PLANNED
+@pytest.mark.parametrize("host_mps", [0.0, 0.5, 1.0, 2.0, 2.9])
+def test_a_host_that_stands_or_rolls_in_a_queue_stays_there(road: Road, follower_mps: float, behind_m: float, host_mps: float) -> None:
+    # it steered out, or drove into the car ahead at 6 m/s, for a follower who needs no more than 2.8 m/s^2
+    plan = in_a_queue(road, follower_mps, behind_m, host_mps=host_mps, queue_mps=host_mps)
+    assert (plan.status, plan.side) == (Status.PLANNED, Side.NONE)
     assert "follower keeps its distance behind and is expected to brake" in plan.reason
-    assert plan.trajectory.states[-1, 0] < 1.5
+    assert plan.trajectory.states[-1, 0] < 4.0 * host_mps + 1.5
+
+
+@pytest.mark.parametrize("host_mps", [0.7, 1.2, 1.8, 2.5])
+@pytest.mark.parametrize(("follower_mps", "behind_s"), [(9.0, 3.0), (12.0, 4.5), (15.0, 3.0)])
+def test_from_a_queue_that_rolls_it_steers_out_in_time_for_who_never_brakes(host_mps: float, follower_mps: float, behind_s: float) -> None:
+    planner, road, host = Planner(), Road(lanes_left=1), HostState(speed_mps=host_mps)
+    leader_m, follower_m = 9.0 + 1.5 * host_mps, -4.5 - behind_s * (follower_mps - host_mps)
+    for k in range(100):
+        t = 0.1 * k
+        tracks = (
+            Track(id="leader", s_m=leader_m + host_mps * t, d_m=0.0, speed_s_mps=host_mps),
+            Track(id="follower", s_m=follower_m + follower_mps * t, d_m=0.0, speed_s_mps=follower_mps),
+        )
+        plan = planner.plan(
+            Situation(time_s=t, host=host, road=road, coverage=Coverage(), tracks=tracks, desired_speed_mps=max(host_mps, 1.0))
+        )
+        host = HostState.from_vector(plan.trajectory.states[1])
+        beside = abs(host.d_m) > 1.85
+        assert beside or all(abs(one.s_m + 0.1 * one.speed_s_mps - host.s_m) > 4.5 for one in tracks)
+    assert beside
 
 
 @pytest.mark.parametrize(("width_m", "is_held"), [(((6.0, 3.7), (12.0, 0.0)), True), (((60.0, 3.7), (66.0, 0.0)), False)])
