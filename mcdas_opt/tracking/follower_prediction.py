@@ -13,18 +13,23 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 
 HOST_LENGTH_M = 5.0  # of a host whose length a prediction is not told
+_QUEUE_MPS = 3.0  # behind a host that is no faster nobody who looks accelerates for long
 _LEFT_M, _LEAST_M = 0.5, 0.1  # of a gap that somebody brakes within, when he is there; no gap is smaller
 
 
 def with_attentive_followers(prediction: Prediction, situation: Situation, names: frozenset[str], settings: SafeEndSettings) -> Prediction:
     """The prediction with these followers braking twice: at once, by what keeps them behind a host that drives as it does now, or by what
-    they are seen to brake with; and after their response to the host, as hard as may be asked of them. So also who is in slow traffic."""
+    they are seen to brake with; and after their response to the host, as hard as may be asked of them. So also who is in slow traffic.
+    Behind a host that stands, or rolls in a queue, none of them goes on accelerating."""
     late_s, most = settings.follower_response_s, settings.follower_demand_mps2
     followers = [track for track in situation.tracks if track.id in names]
     now = {track.id: max(track.braking_seen_mps2, min(_demanded_mps2(track, situation), most)) for track in followers}
     theirs = {name for one in now for name in (one, Variant.ACCELERATING.of(one))}
+    ends = {Variant.ACCELERATING.of(one) for one in now} if situation.host.speed_mps <= _QUEUE_MPS else set()
     free = (
-        replace(body, response_s=math.inf) if isinstance(body, CruisingBody) and body.id in theirs else body for body in prediction.bodies
+        replace(body, response_s=math.inf) if isinstance(body, CruisingBody) and body.id in theirs else body
+        for body in prediction.bodies
+        if body.id not in ends
     )
     told = {track.id: (late_s, max(most, track.braking_seen_mps2)) for track in followers}
     braking = with_braking(Prediction(name=prediction.name, bodies=tuple(free)), told)

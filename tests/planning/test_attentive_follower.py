@@ -265,6 +265,26 @@ def test_a_host_that_stands_or_rolls_in_a_queue_stays_there(road: Road, follower
     assert plan.trajectory.states[-1, 0] < 4.0 * host_mps + 1.5
 
 
+@pytest.mark.parametrize(("behind_m", "speed_mps"), [(5.6, 1.4), (5.6, 1.8), (8.0, 2.5), (8.0, 3.5), (15.0, 6.0)])
+@pytest.mark.parametrize("acceleration_mps2", [2.0, 3.0, 4.0])
+def test_in_a_queue_that_starts_up_who_is_behind_does_not_accelerate_into_the_host(
+    behind_m: float, speed_mps: float, acceleration_mps2: float
+) -> None:
+    # who started from 5.6 m behind at 4 m/s^2 was predicted to go on so for a second, and nothing passed
+    tracks = [Track(id=f"{k} {d_m}", s_m=7.5 * k, d_m=d_m, speed_s_mps=0.0) for k in range(-2, 3) for d_m in (0.0, 3.7) if k > 0 or d_m]
+    follower = Track(
+        id="follower",
+        s_m=-4.5 - behind_m,
+        d_m=0.0,
+        speed_s_mps=speed_mps,
+        acceleration_s_mps2=acceleration_mps2,
+        acceleration_s_sd_mps2=0.8,
+    )
+    plan = planned(Situation(host=HostState(), road=Road(lanes_left=1), coverage=Coverage(), tracks=(*tracks, follower)))
+    assert plan.status is Status.PLANNED
+    assert plan.trajectory.states[-1, 0] < 1.5
+
+
 @pytest.mark.parametrize("host_mps", [0.7, 1.2, 1.8, 2.5])
 @pytest.mark.parametrize(("follower_mps", "behind_s"), [(9.0, 3.0), (12.0, 4.5), (15.0, 3.0)])
 def test_from_a_queue_that_rolls_it_steers_out_in_time_for_who_never_brakes(host_mps: float, follower_mps: float, behind_s: float) -> None:
