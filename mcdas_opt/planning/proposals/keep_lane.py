@@ -28,6 +28,8 @@ HARDER = 1.15  # than what is needed by now: it is begun with some jerk
 _SLOWER_MPS = 2.0  # than the front car, until the distance is there
 _LEAST_ROOM_M = 1.0
 _SLOWEST_MPS = 3.0  # a way aside is as long as at this speed, at least
+_AT_ONCE_M = 0.2  # from the middle of the lane, that is returned from at once
+_LEAST_SHARE = 0.05  # of a path's amplitude: a logistic curve has no end
 
 
 def keep_path(cycle: Cycle) -> OffsetPath:
@@ -41,10 +43,30 @@ def keep_path(cycle: Cycle) -> OffsetPath:
     return replace(path, amplitude_m=passed.goal_m - passed.offset_m, a_per_m=-2.0 * math.log(path.b) / way_m)
 
 
+def _gradually(path: OffsetPath, cycle: Cycle) -> OffsetPath:
+    """The same from a host that is far from it, as where a lane change is given up between the lanes: approached along a sigmoid through
+    where the host is, as it heads, and as slowly as lanes are changed."""
+    host, b = cycle.situation.host, path.b
+    off_m = host.d_m - path.start_d_m
+    beyond_m = math.copysign(max(abs(off_m) - _AT_ONCE_M, 0.0), off_m)
+    if beyond_m == 0.0 or path.amplitude_m != 0.0:
+        return path
+    steepness = 2.0 * math.log(b) / (cycle.settings.manners.changing_s * max(host.speed_mps, _SLOWEST_MPS))
+    share = min(max(-math.tan(host.heading_rad) / (beyond_m * steepness), _LEAST_SHARE), 1.0 - _LEAST_SHARE)
+    amplitude = -beyond_m / (1.0 - share)
+    return replace(
+        path,
+        start_s_m=host.s_m - (math.log(b) + math.log(share / (1.0 - share))) / steepness,
+        start_d_m=path.start_d_m - amplitude,
+        amplitude_m=amplitude,
+        a_per_m=-steepness,
+    )
+
+
 def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
     """Nothing threatens: keep the lane at the desired speed, or such that the host comes beside a gap in the next one, but to a stop where
     nobody watches ahead; asked to park, stand until `park` takes over."""
-    situation, path = cycle.situation, keep_path(cycle)
+    situation, path = cycle.situation, _gradually(keep_path(cycle), cycle)
     wanted = situation.wanted_speed_mps if towards is None else min(max(situation.wanted_speed_mps, towards.fastest_mps), cycle.limit_mps)
     wanted = wanted if situation.coverage.front else min(wanted, situation.host.speed_mps)
     wanted = 0.0 if mode is Mode.PARK else wanted
