@@ -32,7 +32,8 @@ def driven(planner: Planner, host: HostState) -> list[HostState]:
         )
         plan = planner.plan(situation)
         assert plan.status is Status.PLANNED
-        host = HostState.from_vector(plan.trajectory.states[1])
+        t, states = plan.trajectory.t_s, plan.trajectory.states
+        host = HostState.from_vector(np.array([np.interp(CYCLE_S, t, column) for column in states.T]))
         hosts.append(host)
     return hosts
 
