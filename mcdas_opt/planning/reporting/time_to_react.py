@@ -31,7 +31,7 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     cycle before.
 
     There is no alert while the plan itself is a comfortable candidate: whatever a map of a few dozens of manoeuvres found, there is one.
-    One that was given lasts until the plan is clearly so.
+    One that was given lasts until the plan is clearly so. Nor is it `act` in ordinary driving while the plan passes to a safe end.
     """
     wanted, before, found, told = cycle.settings.warning, cycle.memory.alert, None, Alert.NONE
     if wanted.escapes and cycle.is_late_for(Stage.TIME_TO_REACT):
@@ -43,6 +43,8 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
         ordinary_s = float(cycle.settings.grid.times_s[-1]) if cycle.is_ordinary else None
         if not _is_comfortable(plan, cycle.vehicle.wheelbase_m, most, ordinary_s):
             told = alert(found, wanted, before)
+            if told is Alert.ACT and cycle.is_ordinary and plan.mode is not Mode.EVADE and _is_sound(plan):
+                told = Alert.WARN
             if told is Alert.NONE and (before is not Alert.NONE or plan.mode is Mode.EVADE or _brakes_hard(plan, cycle)):
                 told = Alert.WARN
     blind = cycle.observed.blind_ahead
@@ -66,10 +68,14 @@ def _brakes_hard(plan: Plan, cycle: Cycle) -> bool:
     return strongest_mps2(plan.trajectory) < -cycle.settings.comfort.limits(cycle.situation.host.speed_mps).braking_mps2
 
 
+def _is_sound(plan: Plan) -> bool:
+    return plan.status is Status.PLANNED and plan.safe_end is not None and plan.safe_end.safe
+
+
 def _is_comfortable(plan: Plan, wheelbase_m: float, most_mps2: float, ordinary_s: float | None) -> bool:
     """Whether it passes to a safe end, asking no more of the tyres. In ordinary driving, to that horizon, neither speeding up counts, as
     out of a turn, nor how it would stop afterwards."""
-    if plan.status is not Status.PLANNED or plan.safe_end is None or not plan.safe_end.safe:
+    if not _is_sound(plan):
         return False
     x = plan.trajectory
     along, across = x.acceleration_mps2, lateral_acceleration(x.speed_mps, x.steering_rad, wheelbase_m, np)
