@@ -150,7 +150,7 @@ class SumoDriver:
     def situation(self) -> Situation:
         """What a planner is told at this moment."""
         frame, state, now = self._frame, self._state, self._time_s()
-        line_m = next_stop_line_m(self._sumo.lane, frame, state.s_m + 0.5 * self.vehicle.length_m, state.speed_mps)
+        line_m = next_stop_line_m(self._sumo, frame, self.ego, state.s_m + 0.5 * self.vehicle.length_m, state.speed_mps)
         road = self._road()
         others = self._traffic.around(frame, state.s_m, now)
         if len(others) > MOST_TRACKS:

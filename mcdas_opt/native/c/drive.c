@@ -64,8 +64,9 @@ static void step(const Road *on, const double *x, double h, double *next)
     }
 }
 
-/* x (nodes + 1, NX) with the start in its first row; u (nodes, 2): where the car stands no jerk, and no steering if it never drives off;
- * where it does the one to the acceleration that is meant by then, as far as the car can; planned speeds (nodes + 1); road (2, knots) */
+/* x (nodes + 1, NX) with the start in its first row; planned speeds (nodes + 1); road (2, knots). u (nodes, 2) comes back as it is driven:
+ * a car that stands has no jerk, and steers only if it drives off later; where it drives off, the jerk is what brings it to the
+ * acceleration that the inputs meant by then, as far as the car can. */
 PUBLIC void mcdas_drive(whole nodes, const double *h, const double *planned, double starts, const double *car, whole knots,
                         const double *road, double *u, double *x)
 {
