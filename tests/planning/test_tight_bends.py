@@ -28,10 +28,10 @@ def bend(kappa: float, width_m: float) -> Road:
     return Road(lane_width_m=width_m, lanes_left=0, lanes_right=0, curvature=knots)
 
 
-def driven(road: Road, seconds: float, *, warns: bool = False) -> tuple[list[HostState], list[Plan]]:
+def driven(road: Road, seconds: float, *, warns: bool = False, speed_mps: float = 8.0) -> tuple[list[HostState], list[Plan]]:
     """Everything goes as planned, for 0.2 s at a time."""
     planner = Planner(settings=Settings(warning=WarningSettings(escapes=warns)))
-    host, hosts, plans = HostState(speed_mps=8.0), [], []
+    host, hosts, plans = HostState(speed_mps=speed_mps), [], []
     for k in range(round(seconds / 0.2)):
         plan = planner.plan(Situation(time_s=round(0.2 * k, 1), host=host, road=road, desired_speed_mps=10.0, coverage=Coverage()))
         host = HostState.from_vector(plan.trajectory.states[int(np.searchsorted(plan.trajectory.t_s, 0.2 - 1e-9))])
@@ -58,6 +58,16 @@ def test_nobody_is_warned_of_a_turn_that_is_driven_in_comfort(radius_m: float, s
     hosts, plans = driven(bend(side / radius_m, 3.25), 14.0, warns=True)
     assert hosts[-1].s_m > 30.0 + 2.3 * radius_m + 10.0
     assert {plan.alert for plan in plans} == {Alert.NONE}
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("radius_m", "speed_mps"), [(10.0, 15.0), (12.0, 15.0), (12.0, 17.0), (12.0, 19.0)])
+def test_who_comes_too_fast_to_a_bend_that_it_drives_through_is_warned_and_no_more(radius_m: float, speed_mps: float, side: float) -> None:
+    # it was the last moment, for the map: with its inputs held it meets the road's edge, and none of the map's manoeuvres stays in it
+    hosts, plans = driven(bend(side / radius_m, 3.25), 10.0, warns=True, speed_mps=speed_mps)
+    assert hosts[-1].s_m > 30.0 + 1.5 * radius_m
+    assert {plan.status for plan in plans} == {Status.PLANNED}
+    assert {plan.alert for plan in plans} == {Alert.NONE, Alert.WARN}
 
 
 @given(kappa=st.floats(0.002, 0.2), width_m=st.floats(1.85, 6.0), more_m=st.floats(0.0, 1.0))
