@@ -29,6 +29,7 @@ _SLOWER_MPS = 2.0  # than the front car, until the distance is there
 _LEAST_ROOM_M = 1.0
 _SLOWEST_MPS = 3.0  # a way aside is as long as at this speed, at least
 _AT_ONCE_M = 0.2  # from the middle of the lane, that is returned from at once
+_TURNING_MPS2 = 2.5  # across, by who heads away from it
 _LEAST_SHARE = 0.05  # of a path's amplitude: a logistic curve has no end
 
 
@@ -45,9 +46,11 @@ def keep_path(cycle: Cycle) -> OffsetPath:
 
 def _gradually(path: OffsetPath, cycle: Cycle) -> OffsetPath:
     """The same from a host that is far from it, as where a lane change is given up between the lanes: approached along a sigmoid through
-    where the host is, as it heads, and as slowly as lanes are changed."""
+    where the host is, as it heads, or through where it comes to if it heads away, and as slowly as lanes are changed."""
     host, b = cycle.situation.host, path.b
-    off_m = host.d_m - path.start_d_m
+    off_m, across_mps = host.d_m - path.start_d_m, host.speed_mps * math.sin(host.heading_rad)
+    if off_m * across_mps > 0.0:
+        off_m += across_mps * abs(across_mps) / (2.0 * _TURNING_MPS2)
     beyond_m = math.copysign(max(abs(off_m) - _AT_ONCE_M, 0.0), off_m)
     if beyond_m == 0.0 or path.amplitude_m != 0.0:
         return path
