@@ -11,10 +11,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import StringIO
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 from typing import Any
 
+from mcdas_opt.domain.vocabulary import Alert, Mode
 from mcdas_opt.errors import InputError, McdasError, reading
 from mcdas_opt.evaluation import provenance
 from mcdas_opt.evaluation.hindsight import last_chance, would_have_braked
@@ -35,8 +37,20 @@ RECORDING, NOT_SHOWN, OURS = "recording", "not shown", "ours"
 _ENDS = (SAFE, "struck in front", "struck at the side", "struck from behind", "left_road", OFF_THE_MAP, REFUSED, FAILED)
 _COLUMNS = (
     *("scenario", "planner", "kind", "end", "blame", "chance_s", "duration_s", "of_s", "goal", "cycles", "fallback", "unavoidable"),
-    *("neighbours", "left_out", "most_lateral_mps2", "most_braking_mps2", "most_jerk_mps3", "p50_ms", "p99_ms", "why"),
+    *(
+        "neighbours",
+        "left_out",
+        "most_lateral_mps2",
+        "most_braking_mps2",
+        "most_jerk_mps3",
+        "evasions",
+        "warned",
+        "p50_ms",
+        "p99_ms",
+        "why",
+    ),
 )
+_HARSH_MPS2 = 4.0  # across: more than anybody drives with who is not frightened
 _STOOD_S, _STANDING_MPS = 1.0, 0.5
 _BRAKED_S, _BRAKED_MPS2 = 2.0, 4.0  # who follows keeps clear of a host that brakes by less
 
@@ -159,10 +173,18 @@ def driven(name: str, path: Path, planner: str, pictures: Path, plant: str = "ki
         "most_lateral_mps2": round(drive.max_lateral_acceleration_mps2, 2),
         "most_braking_mps2": round(max(-float(drive.trajectory.acceleration_mps2.min()), 0.0), 2),
         "most_jerk_mps3": round(drive.max_jerk_mps3, 1),
+        "evasions": _evasions(drive),
+        "warned": sum(cycle.plan.alert is not Alert.NONE for cycle in drive.cycles),
         "p50_ms": round(drive.cycle_ms.p50, 1),
         "p99_ms": round(drive.cycle_ms.p99, 1),
         "why": "" if end == SAFE else f"{last.status.value}: {last.reason}",
     }
+
+
+def _evasions(drive: Simulation) -> int:
+    """How often it began to steer out."""
+    evades = [False, *(cycle.plan.mode is Mode.EVADE for cycle in drive.cycles)]
+    return sum(now and not before for before, now in pairwise(evades))
 
 
 def why_missed(off: str, drive: Simulation) -> str:
@@ -240,6 +262,9 @@ def summarise(rows: Sequence[Record], planners: Sequence[str]) -> Record:
             "goals": dict(Counter(goals)),
             "goal_reached": _share(goals.count(REACHED), len(goals)),
             "fallback_or_unavoidable": _share(sum(row["fallback"] + row["unavoidable"] for row in drives), cycles),
+            "evasions": sum(row.get("evasions", 0) for row in drives),
+            "warned": _share(sum(row.get("warned", 0) for row in drives), cycles),
+            "harsh": _share(sum(row["most_lateral_mps2"] > _HARSH_MPS2 for row in drives), len(drives)),
             "p50_ms": _middle([row["p50_ms"] for row in drives]),
             "most_lateral_mps2": _middle([row["most_lateral_mps2"] for row in drives]),
             "most_braking_mps2": _middle([row["most_braking_mps2"] for row in drives]),
@@ -271,6 +296,8 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
     for title, blame in (("the recording's doing", RECORDING), ("no way out shown", NOT_SHOWN), ("ours", OURS)):
         table.append((f"of the lost, {title}", [str(one["blame"].get(blame, 0)) for one in of]))
     table += [("goal reached", shares("goal_reached")), ("fallback or unavoidable cycles", shares("fallback_or_unavoidable"))]
+    table += [("evasions begun", [str(one["evasions"]) for one in of]), ("warned cycles", shares("warned"))]
+    table.append((f"drives with over {_HARSH_MPS2:g} m/s^2 across", shares("harsh")))
     table.append(("failed", [str(sum(kind.get(FAILED, 0) for kind in one["ends"].values())) for one in of]))
     for title, key in (
         ("most lateral acceleration, median [m/s^2]", "most_lateral_mps2"),

@@ -18,6 +18,7 @@ from mcdas_opt.evaluation.commonroad_campaign import (
     REFUSED,
     SAFE,
     kind_of,
+    lines,
     run,
     scenario_files,
     scenario_names,
@@ -55,6 +56,19 @@ def test_the_summary_counts_by_kind_and_pairs_the_planners() -> None:
     assert (ours["fallback_or_unavoidable"]["k"], ours["fallback_or_unavoidable"]["n"]) == (3, 30)
     paired = found["y"]["paired_with_x"]
     assert (paired["n"], paired["only_first"], paired["only_second"]) == (3, 0, 1)
+
+
+def test_the_summary_says_how_calmly_it_was_driven() -> None:
+    rows = [
+        row("a", "x", SAFE, evasions=2, warned=4, most_lateral_mps2=4.1),
+        row("b", "x", SAFE, evasions=1, warned=0),
+        row("c", "x", REFUSED, most_lateral_mps2=9.0),
+    ]
+    found = summarise(rows, ["x"])["x"]
+    assert found["evasions"] == 3
+    assert [(found[key]["k"], found[key]["n"]) for key in ("warned", "harsh")] == [(4, 20), (1, 2)]
+    told = dict(lines({"x": found}))
+    assert (told["evasions begun"], told["warned cycles"], told["drives with over 4 m/s^2 across"]) == (["3"], ["4/20"], ["1/2"])
 
 
 def test_what_another_planner_drove_safely_could_be_driven() -> None:
