@@ -12,8 +12,6 @@ from mcdas_opt.situation.roles import gap_m
 
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
-_GENTLY_MPS2, _LATER_S = 1.0, 3.0  # what is asked of who is nearer than that, and before when he is not there ...
-_CALMLY_MPS2 = 2.0  # ... behind a host that brakes by no more
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
 _IN_A_TOWN_MPS = 17.0  # 60 km/h
 _QUEUE_MPS = 3.0  # who is slower stands in a queue, or rolls with it
@@ -22,9 +20,8 @@ _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than th
 
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
     """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
-    the least headway is enough. Whoever closes in slowly on a host that drives calmly along its lane, needs to brake but gently, and is
-    not there soon, however near he is. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and behind
-    a queue, or an end of the lane, that holds the host, of those who are no faster than in a town.
+    the least headway is enough. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and behind a
+    queue, or an end of the lane, that holds the host, of those who are no faster than in a town.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
@@ -52,28 +49,8 @@ def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings
             return False
         asked = max(settings.safe_end.follower_demand_mps2, track.braking_seen_mps2)
         return gap > 0.0 and closing * closing <= 2.0 * asked * gap
-    if closing > _CLOSING_MPS:
-        return False
     share = LEAST_SHARE if closing <= _HARDLY_MPS else 1.0
-    if gap >= settings.headway.gap_m(track.speed_s_mps, share):
-        return True
-    if not _is_calm(situation, vehicle, settings):
-        return False
-    nearer_m = _LATER_S * (closing + 0.5 * _LATER_S * max(track.acceleration_s_mps2, 0.0))
-    return gap > nearer_m and closing * closing < 2.0 * _GENTLY_MPS2 * gap
-
-
-def _is_calm(situation: Situation, vehicle: Vehicle, settings: Settings) -> bool:
-    """Whether the host drives along its lane, and neither brakes nor has to for who is ahead in it, but gently."""
-    host = situation.host
-    if host.acceleration_mps2 <= -_CALMLY_MPS2 or abs(host.heading_rad) > settings.safe_end.settled_rad:
-        return False
-    for one in situation.tracks:
-        if one.s_m > host.s_m and situation.shares_lane(one):
-            closing, room_m = max(host.speed_mps - one.speed_s_mps, 0.0), gap_m(one, host, vehicle)
-            if closing * closing > 2.0 * (_CALMLY_MPS2 + min(one.acceleration_s_mps2, 0.0)) * room_m:
-                return False
-    return True
+    return closing <= _CLOSING_MPS and gap >= settings.headway.gap_m(track.speed_s_mps, share)
 
 
 def line_ahead_m(situation: Situation, vehicle: Vehicle) -> float | None:

@@ -168,67 +168,8 @@ def test_who_follows_into_a_lanes_end_has_to_brake_for_it_too(following: float) 
 
 
 def test_a_tailgater_is_not_even_there() -> None:
-    for end_m in (320.0, 4000.0):
-        assert Cycle.of(before_a_lanes_end(0.19, end_m=end_m), Planner().vehicle).attentive_follower is None
-
-
-NEARER = [(4.0, 0.9), (6.0, 1.6), (9.0, 2.4), (12.0, 2.9)]
-
-
-@pytest.mark.parametrize("speed", [10.0, 16.0, 25.0])
-@pytest.mark.parametrize(("gap_m", "closing_mps"), NEARER)
-def test_who_closes_in_slowly_from_near_behind_troubles_nobody(speed: float, gap_m: float, closing_mps: float) -> None:
-    # as in dense traffic, behind a leader who is as fast: it steered out, or sped up
-    situation = near_behind(speed, gap_m, closing_mps)
-    plan = planned(situation)
-    assert (plan.status, plan.side, plan.alert) == (Status.PLANNED, Side.NONE, Alert.NONE)
-    assert plan.trajectory.acceleration_mps2.max() < 0.5
-    assert "follower keeps its distance behind and is expected to brake" in plan.reason
-
-
-@pytest.mark.parametrize(("gap_m", "closing_mps"), NEARER)
-@pytest.mark.parametrize("telling", [{"speeds_up": 2.0}, {"front_braking": 4.0}, {"braking": 3.0}, {"askew": 0.08}, {"sooner": 0.5}])
-def test_who_is_near_behind_is_not_relied_on_at_once_where_more_is_at_stake(
-    gap_m: float, closing_mps: float, telling: dict[str, float]
-) -> None:
-    """He speeds up, the host or the car ahead brakes, the host steers out, or he would be there soon."""
-    situation = near_behind(16.0, gap_m, closing_mps, **telling)
-    assert Cycle.of(situation, Planner().vehicle).observed.attentive == frozenset()
-
-
-@pytest.mark.parametrize("speed", [10.0, 16.0, 25.0])
-@pytest.mark.parametrize(("gap_m", "closing_mps"), NEARER)
-def test_who_closes_in_slowly_and_never_brakes_hits_nobody(speed: float, gap_m: float, closing_mps: float) -> None:
-    planner, situation = Planner(), near_behind(speed, gap_m, closing_mps)
-    for k in range(1, 101):
-        drive, t = planner.plan(situation).trajectory, 0.1 * k
-        host = HostState.from_vector(np.array([np.interp(0.1, drive.t_s, column) for column in drive.states.T]))
-        tracks = tuple(track.moved_to(track.s_m + 0.1 * track.speed_s_mps, 0.0) for track in situation.tracks)
-        assert abs(host.d_m) > 1.85 or all(abs(one.s_m - host.s_m) > 4.5 for one in tracks)
-        situation = replace(situation, time_s=round(t, 6), host=host, tracks=tracks)
-
-
-def near_behind(
-    speed_mps: float,
-    gap_m: float,
-    closing_mps: float,
-    *,
-    speeds_up: float = 0.0,
-    front_braking: float = 0.0,
-    braking: float = 0.0,
-    askew: float = 0.0,
-    sooner: float = 1.0,
-) -> Situation:
-    """A leader at the headway that is asked for, and somebody near behind; a lane to the left is open."""
-    leader = Track(id="leader", s_m=4.5 + 4.0 + 1.2 * speed_mps, d_m=0.0, speed_s_mps=speed_mps, acceleration_s_mps2=-front_braking)
-    follower = Track(id="follower", s_m=-4.5 - sooner * gap_m, d_m=0.0, speed_s_mps=speed_mps + closing_mps, acceleration_s_mps2=speeds_up)
-    return Situation(
-        host=HostState(speed_mps=speed_mps, acceleration_mps2=-braking, heading_rad=askew),
-        desired_speed_mps=speed_mps,
-        road=Road(lanes_left=1, speed_limit_mps=speed_mps),
-        coverage=Coverage(),
-        tracks=(leader, follower),
-    )
+    assert Cycle.of(before_a_lanes_end(0.6), Planner().vehicle).attentive_follower is None
+    assert Cycle.of(before_a_lanes_end(1.0, end_m=4000.0), Planner().vehicle).attentive_follower is None
 
 
 def steers_out(d_m: float, beside: Track, *, speed_mps: float = 28.0, mode: Mode = Mode.EVADE) -> tuple[Situation, Memory]:

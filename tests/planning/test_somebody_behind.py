@@ -65,10 +65,9 @@ def test_who_is_attentive_stays_behind_a_host_that_drives_on(gap_m: float, closi
 
 @given(gap_m=st.floats(0.1, 80.0), closing_mps=st.floats(-5.0, 15.0))
 def test_who_is_attentive(gap_m: float, closing_mps: float) -> None:
-    """At first who keeps his distance, less of it if he hardly closes in, or is not there within 3 s and needs to brake but gently; then
-    who needs no harder braking than may be asked of him, and brakes where he would be there soon."""
-    later = gap_m > 3.0 * max(closing_mps, 0.0) and max(closing_mps, 0.0) ** 2 < 2.0 * gap_m
-    keeps_it = later or gap_m >= 2.0 + (0.65 if closing_mps <= 1.0 else 1.0) * 1.2 * (20.0 + closing_mps)
+    """At first who keeps his distance, less of it if he hardly closes in; then who needs no harder braking than may be asked of him, and
+    brakes where he would be there soon."""
+    keeps_it = gap_m >= 2.0 + (0.65 if closing_mps <= 1.0 else 1.0) * 1.2 * (20.0 + closing_mps)
     assert attends(gap_m, closing_mps) == (keeps_it and closing_mps <= 3.0)
     stays_behind, soon = max(closing_mps, 0.0) ** 2 <= 2.0 * 4.0 * gap_m, closing_mps > 1.0 and gap_m <= 2.0 * closing_mps
     assert attends(gap_m, closing_mps, before=True) == (stays_behind and not soon)
