@@ -236,6 +236,22 @@ def test_lanes_of_oncoming_traffic_on_edges_that_meet_make_a_road(tmp_path: Path
     assert road.lane_width_at(1, 90.0) == pytest.approx(3.2)
 
 
+def test_a_window_that_begins_in_a_turn_is_a_road(tmp_path: Path) -> None:
+    # beyond the window its first curvature went on, around lanes of the edge before the turn that are wider than any edge in it
+    found = 0
+    for length_m in (88.0, 92.0, 96.0, 100.0, 104.0):
+        nodes = {"west": (0.0, 0.0), "turn": (length_m, 0.0), "north": (length_m, 400.0)}
+        edges = [edge("west", "turn", 3), edge("turn", "west", 3), edge("turn", "north"), edge("north", "turn")]
+        lefts = '<connections><connection from="west-turn" to="turn-north" fromLane="2" toLane="0"/></connections>'
+        (tmp_path / "own.con.xml").write_text(lefts, "utf-8")
+        frame, _ = framed(network(tmp_path, nodes, edges, ego("west-turn", "turn-north", lane=2), "-x", "own.con.xml"))
+        roads = [frame.road_at(s_m) for s_m in np.arange(5.0, frame.end_m, 5.0).tolist()]
+        found += any(abs(frame.curvature_at(s_m)) > 0.05 and s_m > 0.0 for s_m in np.arange(0.0, frame.end_m, 100.0).tolist())
+        for road in roads:
+            assert road.curvature[0][1] == road.curvature[-1][1] == 0.0
+    assert found >= 2
+
+
 def test_a_long_edge_that_turns_is_a_road(tmp_path: Path) -> None:
     # a loop of 760 m in one edge: more than the 300 m around a place within which its foot on the line is looked for
     turns = [(120.0 * math.sin(u), 120.0 * (1.0 - math.cos(u))) for u in np.linspace(0.1, 1.5 * math.pi, 60)]

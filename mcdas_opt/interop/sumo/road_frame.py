@@ -26,6 +26,7 @@ from mcdas_opt.interop.sumo.sideways import SidewaysSteps
 _UNFOLDED = 1.2  # a bend's radius, at least, of what lies inside it: nearer to its centre a road would fold over itself
 _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
 _WINDOW_M, _STRIDE_M = (300.0, 800.0), 100.0
+_STRAIGHT_M = 1.0  # so far beyond its ends a window is straight, as what it leaves out may lie beside the centre of a bend that it cuts
 _WIDENS_M = 5.0  # a lane comes to another width within so much
 _APART_M = 2.0  # between two widths of a lane
 _SHORTEST_M, _SHORTEST_SHAPE_M = 0.1, 2.0  # of an edge; and of a lane whose shape tells where the road leads
@@ -146,6 +147,7 @@ class RoadFrame:
         low, high = stretch * _STRIDE_M - _WINDOW_M[0], stretch * _STRIDE_M + _WINDOW_M[1]
         s = [low, *(knot for knot, _ in self._knots if low < knot < high), high]
         kappa = self._frame.road.curvature_at(np.array(s)).tolist()
+        bends = ((low - _STRAIGHT_M, 0.0), *zip(s, kappa, strict=True), (high + _STRAIGHT_M, 0.0))
         first = max(bisect_right(self._begins, low) - 1, 0)
         there = range(first, max(bisect_right(self._begins, high), first + 1))
         columns = {column for k in there for column in self.sections[k].edge.columns} | {self.base}
@@ -158,7 +160,7 @@ class RoadFrame:
             lanes_right=-min([min(columns) - self.base, *beside]),
             friction=self._friction,
             speed_limit_mps=max(lane.limit_mps for k in there for lane in self.sections[k].edge.lanes),
-            curvature=tuple(zip(s, kappa, strict=True)) if any(kappa) else ((0.0, 0.0),),
+            curvature=bends if any(kappa) else ((0.0, 0.0),),
             lanes=tuple(sorted([*lanes, *oncoming], key=attrgetter("lane"))),
         )
 
