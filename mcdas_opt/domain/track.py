@@ -35,6 +35,7 @@ ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's dir
 CROSSING_MPS = 1.0
 _CREEPING_MPS, _ASLANT_M = 1.5, 0.25  # who is slower stays as he is turned; what his body then takes to either side counts from so much on
 _SEEN_MPS2, _SEEN_SIGMAS = 1.0, 2.0  # braking that is seen, and in standard deviations
+_AT_ONCE_M = 0.5  # who brakes to a standstill within so much is about to stand
 Places = tuple[tuple[float, float], ...]  # (s, d) each [m]
 _MOST_PLACES = 1000
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
@@ -170,6 +171,27 @@ class Track(EqualByValue):
         return braking if sd is not None and braking > max(_SEEN_MPS2, _SEEN_SIGMAS * sd) else 0.0
 
     @property
+    def slowing_mps2(self) -> float:
+        """What a vehicle is clearly seen to brake with in the direction of its heading, wherever it goes, else 0."""
+        along, across, heading = self.acceleration_s_sd_mps2, self.acceleration_d_sd_mps2, self.heading_rad
+        if along is None or across is None or heading is None or self.kind is BodyKind.PEDESTRIAN:
+            return 0.0
+        c, s = math.cos(heading), math.sin(heading)
+        braking, sd = -(c * self.acceleration_s_mps2 + s * self.acceleration_d_mps2), math.hypot(c * along, s * across)
+        return braking if braking > max(_SEEN_MPS2, _SEEN_SIGMAS * sd) else 0.0
+
+    @property
+    def stopping_s(self) -> float:
+        """How long a vehicle that clearly slows down takes until it stands; 0 of any other."""
+        rate = self.slowing_mps2
+        return math.hypot(self.speed_s_mps, self.speed_d_mps) / rate if rate > 0.0 else 0.0
+
+    @property
+    def is_about_to_stand(self) -> bool:
+        """Whether it clearly slows down, and stands at once."""
+        return 0.0 < 0.5 * math.hypot(self.speed_s_mps, self.speed_d_mps) * self.stopping_s <= _AT_ONCE_M
+
+    @property
     def follows_road(self) -> bool:
         """Whether it is believed to go on along the road."""
         return not self.is_turned and self.kind is not BodyKind.PEDESTRIAN
@@ -187,7 +209,8 @@ class Track(EqualByValue):
             return self.is_turned
         sine = abs(math.sin(self.heading_rad))
         wider_m = self.length_m * sine - self.width_m * (1.0 - math.sqrt(1.0 - sine * sine))
-        return wider_m > 2.0 * _ASLANT_M and math.hypot(self.speed_s_mps, self.speed_d_mps) < _CREEPING_MPS
+        creeps = math.hypot(self.speed_s_mps, self.speed_d_mps) < _CREEPING_MPS
+        return wider_m > 2.0 * _ASLANT_M and (creeps or self.is_about_to_stand)
 
     @property
     def along_m(self) -> float:

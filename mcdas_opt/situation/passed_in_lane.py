@@ -196,12 +196,14 @@ def _place(track: Track, situation: Situation) -> tuple[Side, float, float]:
     road, lane = situation.road, situation.host_lane
     away_m = track.d_m - road.lane_centre_m(lane, track.s_m)
     side, inner_m = Side.LEFT if away_m > 0.0 else Side.RIGHT, abs(away_m) - 0.5 * track.across_m
-    return side, inner_m - _drift_m(track, side) if is_oncoming(track) else inner_m, 0.5 * road.lane_width_at(lane, track.s_m)
+    return side, inner_m - _drift_m(track, side), 0.5 * road.lane_width_at(lane, track.s_m)
 
 
 def _drift_m(track: Track, side: Side) -> float:
-    """How far oncoming traffic at that side still comes towards the lane, where it clearly does."""
+    """How far oncoming traffic at that side still comes towards the lane, where it clearly does; and who brakes, until he stands."""
     towards_mps = -side.sign * track.speed_d_mps
+    if not is_oncoming(track):
+        return 0.5 * max(towards_mps, 0.0) * track.stopping_s
     return towards_mps * _SETTLES_S if towards_mps > _CLEARLY * math.sqrt(max(float(track.covariance[3, 3]), 0.0)) else 0.0
 
 

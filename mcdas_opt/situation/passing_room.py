@@ -49,13 +49,15 @@ def stands(track: Track) -> bool:
 
 
 def may_be_passed(track: Track, *, again: bool) -> bool:
-    """Whether it is oncoming, stands, or is a person who does not move across the lane; a little more freely of who was passed before."""
+    """Whether it is oncoming, stands or is about to, or is a person who does not move across the lane; a little more freely of who was
+    passed before."""
     if is_oncoming(track):
         return True
     if is_person(track):
         return abs(track.speed_d_mps) <= (_STILL_ALONG_MPS if again else _ALONG_MPS)
     standing_mps = _STILL_STANDING_MPS if again else _STANDING_MPS
-    return track.kind is not BodyKind.MOTORCYCLE and math.hypot(track.speed_s_mps, track.speed_d_mps) <= standing_mps
+    is_standing = track.is_about_to_stand or math.hypot(track.speed_s_mps, track.speed_d_mps) <= standing_mps
+    return track.kind is not BodyKind.MOTORCYCLE and is_standing
 
 
 def room_asked(track: Track, situation: Situation, *, again: bool) -> Room:

@@ -30,6 +30,8 @@ CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast
 # a track may go on braking, until it stands, that brakes so hard (on a slippery road: by this share of what it gives); or accelerating
 BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
 ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
+SLOWING_S = 1.0  # who crosses or turns, and clearly slows down, goes on to for so long
+STEADY = 0.0, 0.0
 PULLING_AWAY_MPS = 0.1, 4.0  # across the road: who is slower stands, who is faster drives
 RATE_SIGMAS = 2.5  # standard deviations that a change of speed, or a turn, has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
@@ -62,8 +64,9 @@ def predict(
     ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it follows its lane, where
-    that is known, else it keeps its velocity and its heading, or ends its turn; once more, if it clearly pulls away. So is who comes
-    towards the host in a lane that leads elsewhere, where he is slow enough for its bends. So is, besides, who stands or creeps aslant;
+    that is known, else it keeps its velocity and its heading, or ends its turn. Who clearly slows down there, to give way or to stop,
+    goes on to for a second; who clearly pulls away is predicted once more. In the plane alone is, too, who comes
+    towards the host in a lane that leads elsewhere, where he is slow enough for its bends; and, besides, who stands or creeps aslant;
     and whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there, unless its lane is
     known. Who comes towards the host there either goes straight on or keeps to his lane's turn, settling soon: his speed across the road
     is that of cutting the turn, not of changing lanes.
@@ -78,9 +81,10 @@ def predict(
     for track in tracks:
         if track.id in shielded:
             continue
-        lane = along_lane(track, road or Road())
+        slowing = slowing_down(track, road) if road is not None else STEADY
+        lane = along_lane(track, road or Road(), *slowing)
         if not track.follows_road or (lane is not None and track.speed_s_mps < 0.0 and leads_off_gently(track, road or Road())):
-            bodies.append(_free(track, settings, lane or _free_motion(track, road or Road()), track.id))
+            bodies.append(_free(track, settings, lane or _free_motion(track, road or Road(), *slowing), track.id))
             if road is not None and (rate := pulling_away(track, road)) is not None:
                 faster = along_lane(track, road, *rate) or _free_motion(track, road, *rate)
                 bodies.append(_free(track, settings, faster, Variant.ACCELERATING.of(track.id)))
@@ -250,7 +254,7 @@ def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
 
 def pulling_away(track: Track, road: Road) -> tuple[float, float] | None:
     """The same of a track that does not follow the road and clearly accelerates from standing, in the direction of its heading; None of
-    people on foot. Of who crosses faster, or brakes, a second prediction closes more ways than it keeps clear."""
+    people on foot. Of who crosses faster a second prediction closes more ways than it keeps clear."""
     along, across = track.acceleration_s_sd_mps2, track.acceleration_d_sd_mps2
     if along is None or across is None or track.heading_rad is None or track.kind is BodyKind.PEDESTRIAN:
         return None
@@ -259,6 +263,12 @@ def pulling_away(track: Track, road: Road) -> tuple[float, float] | None:
     if rate <= 0.0 or not PULLING_AWAY_MPS[0] <= speed <= PULLING_AWAY_MPS[1]:
         return None
     return _speed_change(rate, math.hypot(c * along, s * across), speed, road)
+
+
+def slowing_down(track: Track, road: Road) -> tuple[float, float]:
+    """The same of a vehicle that clearly slows down, wherever it goes; `STEADY` of any other."""
+    rate, speed = min(track.slowing_mps2, road.grip_mps2), math.hypot(track.speed_s_mps, track.speed_d_mps)
+    return (-rate, min(speed / rate, SLOWING_S)) if rate > 0.0 and speed > 0.0 else STEADY
 
 
 def _speed_change(rate: float, sd: float | None, speed: float, road: Road) -> tuple[float, float] | None:
