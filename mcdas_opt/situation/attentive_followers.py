@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -13,7 +11,6 @@ from mcdas_opt.situation.roles import gap_m
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 _SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
-_IN_A_TOWN_MPS = 17.0  # 60 km/h
 _QUEUE_MPS = 3.0  # who is slower stands in a queue, or rolls with it
 _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it, or him
 
@@ -21,7 +18,7 @@ _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than th
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
     """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
     the least headway is enough. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and behind a
-    queue, or an end of the lane, that holds the host, of those who are no faster than in a town.
+    queue, or an end of the lane, that holds the host.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
@@ -30,10 +27,8 @@ def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settin
     followers = [track for track in situation.tracks if _follows(track, situation)]
     if not followers:
         return frozenset()
-    held = _is_held(situation, vehicle)
-    fastest_mps = math.inf if waits_at_a_line(situation, vehicle) else _IN_A_TOWN_MPS if held else 0.0
-    waiting = {track.id for track in followers if track.speed_s_mps <= fastest_mps} | before
-    return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, track.id in waiting))
+    waits = waits_at_a_line(situation, vehicle) or _is_held(situation, vehicle)
+    return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, waits or track.id in before))
 
 
 def _follows(track: Track, situation: Situation) -> bool:

@@ -286,7 +286,7 @@ def test_in_a_queue_that_starts_up_who_is_behind_does_not_accelerate_into_the_ho
 
 
 @pytest.mark.parametrize("host_mps", [0.7, 1.2, 1.8, 2.5])
-@pytest.mark.parametrize(("follower_mps", "behind_s"), [(9.0, 3.0), (12.0, 4.5), (15.0, 3.0)])
+@pytest.mark.parametrize(("follower_mps", "behind_s"), [(9.0, 3.0), (12.0, 4.5), (15.0, 3.0), (22.0, 4.0), (30.0, 4.5)])
 def test_from_a_queue_that_rolls_it_steers_out_in_time_for_who_never_brakes(host_mps: float, follower_mps: float, behind_s: float) -> None:
     planner, road, host = Planner(), Road(lanes_left=1), HostState(speed_mps=host_mps)
     leader_m, follower_m = 9.0 + 1.5 * host_mps, -4.5 - behind_s * (follower_mps - host_mps)
@@ -318,5 +318,12 @@ def test_who_comes_up_to_a_host_that_stands_where_its_lane_ends_is_expected_to_s
     assert plan.status is Status.PLANNED or not is_held
 
 
-def test_who_comes_faster_than_in_a_town_is_not_expected_to_stop_behind_a_queue() -> None:
-    assert "is expected to brake" not in in_a_queue(Road(), 25.0, 90.0).reason
+@pytest.mark.parametrize(
+    ("follower_mps", "behind_m", "is_expected"), [(20.0, 60.0, True), (25.0, 90.0, True), (33.0, 150.0, True), (33.0, 120.0, False)]
+)
+def test_who_comes_up_to_a_queue_is_expected_to_stop_while_he_can_however_fast_he_is(
+    follower_mps: float, behind_m: float, is_expected: bool
+) -> None:
+    plan = in_a_queue(Road(lanes_left=1), follower_mps, behind_m)
+    assert ("is expected to brake" in plan.reason) is is_expected
+    assert not is_expected or (plan.status, plan.side) == (Status.PLANNED, Side.NONE)
