@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,6 +50,14 @@ USUAL_SIZE_M = {
 _SINE_ALIGNED = math.sin(ALIGNED_RAD)
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2", "acceleration_d_mps2", "turn_rate_radps")
 _ACCELERATIONS = ("acceleration_s_mps2", "acceleration_d_mps2"), ("acceleration_s_sd_mps2", "acceleration_d_sd_mps2")
+
+
+class AlongHeading(NamedTuple):
+    """In the direction of a heading: the acceleration, its standard deviation, and the speed."""
+
+    acceleration_mps2: float
+    sd_mps2: float
+    speed_mps: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -171,14 +180,26 @@ class Track(EqualByValue):
         return braking if sd is not None and braking > max(_SEEN_MPS2, _SEEN_SIGMAS * sd) else 0.0
 
     @property
-    def slowing_mps2(self) -> float:
-        """What a vehicle is clearly seen to brake with in the direction of its heading, wherever it goes, else 0."""
+    def along_heading(self) -> AlongHeading | None:
+        """How a vehicle moves in the direction of its heading; None where that or its acceleration is not known, and of people on foot."""
         along, across, heading = self.acceleration_s_sd_mps2, self.acceleration_d_sd_mps2, self.heading_rad
         if along is None or across is None or heading is None or self.kind is BodyKind.PEDESTRIAN:
-            return 0.0
+            return None
         c, s = math.cos(heading), math.sin(heading)
-        braking, sd = -(c * self.acceleration_s_mps2 + s * self.acceleration_d_mps2), math.hypot(c * along, s * across)
-        return braking if braking > max(_SEEN_MPS2, _SEEN_SIGMAS * sd) else 0.0
+        return AlongHeading(
+            acceleration_mps2=c * self.acceleration_s_mps2 + s * self.acceleration_d_mps2,
+            sd_mps2=math.hypot(c * along, s * across),
+            speed_mps=c * self.speed_s_mps + s * self.speed_d_mps,
+        )
+
+    @property
+    def slowing_mps2(self) -> float:
+        """What a vehicle that drives forwards is clearly seen to brake with, wherever it goes, else 0."""
+        ahead = self.along_heading
+        if ahead is None or ahead.speed_mps <= 0.0:
+            return 0.0
+        braking = -ahead.acceleration_mps2
+        return braking if braking > max(_SEEN_MPS2, _SEEN_SIGMAS * ahead.sd_mps2) else 0.0
 
     @property
     def stopping_s(self) -> float:

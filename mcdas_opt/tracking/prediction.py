@@ -31,7 +31,7 @@ CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast
 BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
 ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
 SLOWING_S = 1.0  # who crosses or turns, and clearly slows down, goes on to for so long
-STEADY = 0.0, 0.0
+STEADY = 0.0, 0.0  # neither faster nor slower
 PULLING_AWAY_MPS = 0.1, 4.0  # across the road: who is slower stands, who is faster drives
 RATE_SIGMAS = 2.5  # standard deviations that a change of speed, or a turn, has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
@@ -255,18 +255,14 @@ def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
 def pulling_away(track: Track, road: Road) -> tuple[float, float] | None:
     """The same of a track that does not follow the road and clearly accelerates from standing, in the direction of its heading; None of
     people on foot. Of who crosses faster a second prediction closes more ways than it keeps clear."""
-    along, across = track.acceleration_s_sd_mps2, track.acceleration_d_sd_mps2
-    if along is None or across is None or track.heading_rad is None or track.kind is BodyKind.PEDESTRIAN:
+    ahead = track.along_heading
+    if ahead is None or ahead.acceleration_mps2 <= 0.0 or not PULLING_AWAY_MPS[0] <= ahead.speed_mps <= PULLING_AWAY_MPS[1]:
         return None
-    c, s = math.cos(track.heading_rad), math.sin(track.heading_rad)
-    rate, speed = c * track.acceleration_s_mps2 + s * track.acceleration_d_mps2, c * track.speed_s_mps + s * track.speed_d_mps
-    if rate <= 0.0 or not PULLING_AWAY_MPS[0] <= speed <= PULLING_AWAY_MPS[1]:
-        return None
-    return _speed_change(rate, math.hypot(c * along, s * across), speed, road)
+    return _speed_change(*ahead, road)
 
 
 def slowing_down(track: Track, road: Road) -> tuple[float, float]:
-    """The same of a vehicle that clearly slows down, wherever it goes; `STEADY` of any other."""
+    """(acceleration [m/s^2], constant until [s]) of a vehicle that clearly slows down, wherever it goes; `STEADY` of any other."""
     rate, speed = min(track.slowing_mps2, road.grip_mps2), math.hypot(track.speed_s_mps, track.speed_d_mps)
     return (-rate, min(speed / rate, SLOWING_S)) if rate > 0.0 and speed > 0.0 else STEADY
 

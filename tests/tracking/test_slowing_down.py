@@ -56,6 +56,7 @@ def test_he_slows_down_for_a_second_or_until_he_stands(heading: float, mirrored:
         slowing(1.5, 6.0, 3.0, sd_mps2=None),
         slowing(1.5, 6.0, 3.0, kind=BodyKind.PEDESTRIAN, length_m=0.5, width_m=0.5),
         slowing(1.5, 6.0, -3.0),
+        slowing(1.5, -6.0, 3.0),  # who reverses, ever faster
     ],
 )
 def test_who_does_not_clearly_slow_down_keeps_his_speed(steady: Track) -> None:
