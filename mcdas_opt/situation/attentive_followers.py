@@ -10,42 +10,48 @@ from mcdas_opt.situation.roles import gap_m
 
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
-_SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
-_QUEUE_MPS = 3.0  # who is slower stands in a queue, or rolls with it
+_LATE_MPS2 = 2.5  # who needs more braking than this, and does not brake, looks elsewhere, ...
+_LATE_S, _LATE_HELD_S = 2.0, 1.0  # ... and in any case so long before he would be there, behind a host that drives on, or is held, ...
+_LATEST_S = 3.0  # ... but no longer before
+_QUEUE_MPS, _SLOWLY_MPS = 3.0, 9.0  # who is slower stands in a queue, or rolls with it; and a host that comes up to one
 _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it, or him
 
 
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
     """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
     the least headway is enough. Whoever can stop behind the host, before a stop line, at which he has to wait himself, and behind a
-    queue, or an end of the lane, that holds the host.
+    queue, or an end of the lane, that holds the host, or that it slowly comes up to.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
-    in, would be there soon, and does not brake.
+    in, does not brake, and should.
     """
     followers = [track for track in situation.tracks if _follows(track, situation)]
     if not followers:
         return frozenset()
-    waits = waits_at_a_line(situation, vehicle) or _is_held(situation, vehicle)
-    return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, waits or track.id in before))
+    is_held = waits_at_a_line(situation, vehicle) or _is_held_by_traffic(situation, vehicle)
+    return frozenset(track.id for track in followers if _is_attentive(track, situation, vehicle, settings, is_held, track.id in before))
 
 
 def _follows(track: Track, situation: Situation) -> bool:
     return situation.shares_lane(track) and track.s_m < situation.host.s_m and track.speed_s_mps >= 0.0
 
 
-def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, waits: bool) -> bool:
+def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, is_held: bool, was_before: bool) -> bool:
     host = situation.host
     gap = host.s_m - track.s_m - 0.5 * (track.length_m + vehicle.length_m)
     closing = max(track.speed_s_mps - host.speed_mps, 0.0)
-    if waits:
-        if closing > _HARDLY_MPS and track.acceleration_s_mps2 >= 0.0 and gap <= _SOON_S * closing:
-            return False
+    if is_held or was_before:
         asked = max(settings.safe_end.follower_demand_mps2, track.braking_seen_mps2)
-        return gap > 0.0 and closing * closing <= 2.0 * asked * gap
+        return gap > 0.0 and closing * closing <= 2.0 * asked * gap and not _is_late(track, closing, gap, is_held)
     share = LEAST_SHARE if closing <= _HARDLY_MPS else 1.0
     return closing <= _CLOSING_MPS and gap >= settings.headway.gap_m(track.speed_s_mps, share)
+
+
+def _is_late(track: Track, closing: float, gap: float, is_held: bool) -> bool:
+    """Whether he clearly closes in, does not brake, and should."""
+    late_s = max(closing / (2.0 * _LATE_MPS2), _LATE_HELD_S if is_held else _LATE_S)
+    return closing > _HARDLY_MPS and track.acceleration_s_mps2 >= 0.0 and gap <= min(late_s, _LATEST_S) * closing
 
 
 def line_ahead_m(situation: Situation, vehicle: Vehicle) -> float | None:
@@ -56,16 +62,23 @@ def line_ahead_m(situation: Situation, vehicle: Vehicle) -> float | None:
 
 def waits_at_a_line(situation: Situation, vehicle: Vehicle) -> bool:
     """Whether the host stands at its stop line, or has to brake for it now."""
-    host, line_m = situation.host, line_ahead_m(situation, vehicle)
-    return line_m is not None and line_m - host.s_m - 0.5 * vehicle.length_m <= _NEAR_M + host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
+    line_m = line_ahead_m(situation, vehicle)
+    return line_m is not None and line_m - situation.host.s_m - 0.5 * vehicle.length_m <= _braking_for_m(situation)
 
 
-def _is_held(situation: Situation, vehicle: Vehicle) -> bool:
-    """Whether the host stands, or rolls, behind somebody who does, or so near to where its lane ends. A side that is open makes no
-    difference: it is no less so once he is seen not to brake."""
+def _braking_for_m(situation: Situation) -> float:
+    """So near is what the host stands before, or has to brake for now."""
+    return _NEAR_M + situation.host.speed_mps**2 / (2.0 * _STOPPING_MPS2)
+
+
+def _is_held_by_traffic(situation: Situation, vehicle: Vehicle) -> bool:
+    """Whether the host stands behind somebody who stands or rolls, or slowly brakes for him; or stands, or rolls, where its lane ends. A
+    side that is open makes no difference: it is no less so once he is seen not to brake."""
     host = situation.host
-    if host.speed_mps > _QUEUE_MPS:
+    if host.speed_mps > _SLOWLY_MPS:
         return False
     ahead = (one for one in situation.tracks if one.s_m > host.s_m and abs(one.speed_s_mps) < _QUEUE_MPS and situation.shares_lane(one))
+    if any(gap_m(one, host, vehicle) <= _braking_for_m(situation) for one in ahead):
+        return True
     end_m = situation.road.lane_ends_m(situation.host_lane, host.s_m, vehicle.width_m) - host.s_m - 0.5 * vehicle.length_m
-    return abs(end_m) <= _NEAR_M or any(gap_m(one, host, vehicle) <= _NEAR_M for one in ahead)
+    return host.speed_mps <= _QUEUE_MPS and abs(end_m) <= _NEAR_M
