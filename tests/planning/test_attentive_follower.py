@@ -232,11 +232,11 @@ def in_a_queue(road: Road, follower_mps: float, behind_m: float, *lanes: int, ho
 @pytest.mark.parametrize("beside", ["nothing", "oncoming", "standing"])
 @pytest.mark.parametrize("follower_mps", [8.0, 13.9, 16.5])
 def test_who_comes_up_to_a_queue_that_the_host_is_held_in_is_expected_to_stop(follower_mps: float, beside: str) -> None:
-    """Until he needs more than 4 m/s^2, or more than 2.5 and does not brake: then the driver is warned."""
+    """Until he needs more than 4 m/s^2, or more than 3 and does not brake: then the driver is warned."""
     road = Road(lanes_left=int(beside != "nothing"), lanes=(Lane(lane=1, oncoming=True),) if beside == "oncoming" else ())
     lanes = [1] if beside == "standing" else []
     for behind_s in (5.0, 3.0, 2.1):
-        plan = in_a_queue(road, follower_mps, max(behind_s * follower_mps, follower_mps**2 / 4.9), *lanes)
+        plan = in_a_queue(road, follower_mps, max(behind_s * follower_mps, follower_mps**2 / 5.9), *lanes)
         assert plan.status is Status.PLANNED
         assert "follower keeps its distance behind and is expected to brake" in plan.reason or behind_s == 5.0  # too far to matter
         assert plan.trajectory.states[-1, 0] < 1.5
@@ -333,7 +333,7 @@ def test_who_comes_up_to_a_queue_is_expected_to_stop_while_he_can_however_fast_h
 @pytest.mark.parametrize("host_mps", [4.0, 5.5, 7.0, 8.5])
 @pytest.mark.parametrize("follower_mps", [10.0, 13.9, 18.0])
 def test_who_is_behind_a_host_that_comes_up_to_a_queue_is_left_to_brake(host_mps: float, follower_mps: float) -> None:
-    """Two lanes stand ahead, 1.5 m/s^2 away; who is behind brakes as he needs to, once that is 2.2. The host braked by up to 8 m/s^2."""
+    """Two lanes stand ahead, 1.5 m/s^2 away; who is behind brakes as he needs to, once that is 2.8. The host braked by up to 8 m/s^2."""
     planner, host, strongest = Planner(), HostState(speed_mps=host_mps), 0.0
     follower_m, speed_mps, rate = -4.5 - 3.0 * follower_mps, follower_mps, 0.0
     queue_m = 4.5 + 2.5 + host_mps**2 / 3.0
@@ -348,7 +348,7 @@ def test_who_is_behind_a_host_that_comes_up_to_a_queue_is_left_to_brake(host_mps
         host = HostState.from_vector(np.array([np.interp(0.1, at.t_s, row) for row in at.states.T]))
         strongest = min(strongest, host.acceleration_mps2)
         needed = speed_mps**2 / (2.0 * max(host.s_m - follower_m - 6.0, 0.1))
-        rate = needed if rate or needed >= 2.2 else 0.0
+        rate = needed if rate or needed >= 2.8 else 0.0
         slower = max(speed_mps - 0.1 * rate, 0.0)
         follower_m, speed_mps = follower_m + 0.05 * (speed_mps + slower), slower
         assert abs(host.d_m) < 0.5

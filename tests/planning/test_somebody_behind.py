@@ -66,11 +66,11 @@ def test_who_is_attentive_stays_behind_a_host_that_drives_on(gap_m: float, closi
 @given(gap_m=st.floats(0.1, 80.0), closing_mps=st.floats(-5.0, 15.0))
 def test_who_is_attentive(gap_m: float, closing_mps: float) -> None:
     """At first who keeps his distance, less of it if he hardly closes in; then who needs no harder braking than may be asked of him, and
-    brakes where he would be there soon, or needs more than 2.5 m/s^2."""
+    brakes where he would be there soon, or needs more than 3 m/s^2."""
     keeps_it = gap_m >= 2.0 + (0.65 if closing_mps <= 1.0 else 1.0) * 1.2 * (20.0 + closing_mps)
     assert attends(gap_m, closing_mps) == (keeps_it and closing_mps <= 3.0)
     stays_behind = max(closing_mps, 0.0) ** 2 <= 2.0 * 4.0 * gap_m
-    is_late = closing_mps > 1.0 and gap_m <= min(max(closing_mps / 5.0, 2.0), 3.0) * closing_mps
+    is_late = closing_mps > 1.0 and gap_m <= min(max(closing_mps / 6.0, 2.0), 3.0) * closing_mps
     assert attends(gap_m, closing_mps, before=True) == (stays_behind and not is_late)
     assert attends(gap_m, closing_mps, before=True, braking_mps2=0.1) == stays_behind
     assert attends(gap_m, closing_mps, before=True, braking_mps2=8.0) == (max(closing_mps, 0.0) ** 2 <= 2.0 * 8.0 * gap_m)
