@@ -78,7 +78,7 @@ def reliance_in_words(end: SafeEnd | None, cycle: Cycle) -> str:
     """Said of followers who are expected to brake, and of an end that a follower makes safe; empty where there are none."""
     slow = [one for one in predicted_to_brake(cycle.prediction) if one not in cycle.observed.attentive]
     if not slow and (end is None or end.relies_on is None):
-        slow = list(predicted_to_brake(cycle.unaided))  # attentive or not, he brakes in the prediction that nobody is told of
+        slow = list(predicted_to_brake(cycle.unaided))  # who brakes there does so attentive or not
     if slow:
         return f"; {' and '.join(slow)} behind in slow traffic {'is' if len(slow) == 1 else 'are'} expected to brake"
     if end is None or end.relies_on is None:
