@@ -37,11 +37,11 @@ def _follows(track: Track, situation: Situation) -> bool:
     return situation.shares_lane(track) and track.s_m < situation.host.s_m and track.speed_s_mps >= 0.0
 
 
-def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, is_held: bool, was_before: bool) -> bool:
+def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, is_held: bool, was_attentive: bool) -> bool:
     host = situation.host
     gap = host.s_m - track.s_m - 0.5 * (track.length_m + vehicle.length_m)
     closing = max(track.speed_s_mps - host.speed_mps, 0.0)
-    if is_held or was_before:
+    if is_held or was_attentive:
         asked = max(settings.safe_end.follower_demand_mps2, track.braking_seen_mps2)
         return gap > 0.0 and closing * closing <= 2.0 * asked * gap and not _is_late(track, closing, gap, is_held)
     share = LEAST_SHARE if closing <= _HARDLY_MPS else 1.0
