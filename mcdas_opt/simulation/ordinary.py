@@ -5,6 +5,7 @@ Every figure is made of `Instant`s, evenly spaced, whoever drives and whatever s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -96,7 +97,8 @@ class Instant:
 
 def instant(time_s: float, host: Placed, others: Iterable[Placed]) -> Instant:
     """Ahead in the host's lane is whose centre is in it, or whose body reaches over the host's width, but not who is beside its way by
-    `BESIDE_M`, as a cyclist whom it passes; behind whose centre is in it: who is left behind in another lane follows no more."""
+    `BESIDE_M`, as a cyclist whom it passes, nor who will be so when the host comes there, as an oncoming car that keeps to its own road
+    where the host's turns off; behind whose centre is in it: who is left behind in another lane follows no more."""
     leader: Leader | None = None
     behind: tuple[float, str] | None = None
     accelerations = {}
@@ -107,7 +109,8 @@ def instant(time_s: float, host: Placed, others: Iterable[Placed]) -> Instant:
             continue
         gap = abs(other.s_m - host.s_m) - 0.5 * (other.length_m + host.length_m)
         if other.s_m > host.s_m:
-            if beside_m < BESIDE_M and (leader is None or gap < leader.gap_m):
+            nearest = leader is None or gap < leader.gap_m
+            if nearest and beside_m < BESIDE_M and not _clears(host, other, gap):
                 leader = Leader(id=other.id, gap_m=gap, speed_mps=other.speed_mps)
         elif other.lane == host.lane and (behind is None or gap < behind[0]):
             behind = gap, other.id
@@ -120,6 +123,16 @@ def instant(time_s: float, host: Placed, others: Iterable[Placed]) -> Instant:
         follower=None if behind is None else behind[1],
         accelerations_mps2=accelerations,
     )
+
+
+def _clears(host: Placed, other: Placed, gap_m: float) -> bool:
+    """Whether somebody ahead, as he moves along and across, is beside the host's way when the host has closed the gap."""
+    closing_mps = host.speed_mps - other.speed_mps
+    if closing_mps <= _CLOSING_MPS or gap_m <= 0.0:
+        return False
+    across_mps = other.speed_mps * math.tan(other.heading_rad)
+    then_m = other.d_m + across_mps * gap_m / closing_mps - host.d_m
+    return abs(then_m) - 0.5 * (other.width_m + host.width_m) >= BESIDE_M
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

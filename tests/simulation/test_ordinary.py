@@ -79,6 +79,22 @@ def test_in_the_lane_is_whose_centre_is_in_it_or_who_reaches_over() -> None:
     assert instant(0.0, replace(host, d_m=0.3), [cyclist, ahead]).leader == Leader(id="ahead", gap_m=26.0, speed_mps=20.0)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_who_will_have_cleared_the_way_is_not_met_and_who_comes_straight_at_the_host_is(side: float) -> None:
+    """An oncoming car keeps to its own road where the host's turns off: it lies aslant in the host's lane, and is across it in time."""
+    host = Placed(id="host", s_m=0.0, d_m=0.0, speed_mps=9.0, length_m=4.0, width_m=1.8, lane=0)
+    straight = replace(host, id="straight", s_m=29.0, heading_rad=np.pi, speed_mps=-10.0)
+    across = replace(straight, id="across", d_m=side * 1.0, heading_rad=np.pi - side * 0.5)
+    into = replace(straight, id="into", d_m=side * 1.5, heading_rad=np.pi + side * 0.1)
+    assert instant(0.0, host, [straight]).time_to_collision_s == pytest.approx(25.0 / 19.0)
+    assert instant(0.0, host, [across]).leader is None
+    assert instant(0.0, host, [into]).time_to_collision_s == pytest.approx(25.0 / 19.0)
+    ahead = replace(host, id="ahead", s_m=40.0)
+    assert instant(0.0, host, [across, ahead]).leader == Leader(id="ahead", gap_m=36.0, speed_mps=9.0)
+    leaving = replace(ahead, heading_rad=side * 0.5)
+    assert instant(0.0, host, [leaving]).leader == Leader(id="ahead", gap_m=36.0, speed_mps=9.0)
+
+
 def test_behind_is_whose_centre_is_in_the_lane_not_who_is_left_in_the_old_one() -> None:
     host = Placed(id="host", s_m=0.0, d_m=1.8, speed_mps=20.0, length_m=4.0, width_m=1.8, lane=1)
     left, new = replace(host, id="left", s_m=-10.0, d_m=0.1, lane=0), replace(host, id="new", s_m=-30.0, d_m=3.5)
