@@ -47,7 +47,8 @@ _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
 _ROUNDING_M = 1e-6  # what a shift of the origin may change
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
-SHIELDED_MPS2, SHIELDED_SIDEWAYS_MPS = 3.0, 0.5  # braking, and a speed across the road, that nobody needs more of to stay behind another
+# to stay behind another nobody needs more of the grip than this, to brake, or a higher speed across the road
+SHIELDED_SHARE, SHIELDED_SIDEWAYS_MPS = 0.6, 0.5
 
 
 def predict(
@@ -60,8 +61,8 @@ def predict(
     them, so that no plan relies on anybody to make room. Nobody wholly behind a host at `host_s_m` is predicted to brake, which would
     make it less dangerous, nor anybody in a queue (`_queues`). Time zero is the situation's time.
 
-    Nobody drives through anybody else: who follows somebody that is itself wholly behind the host, and can stay behind him by braking as in
-    ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
+    Nobody drives through anybody else: who follows somebody that is itself wholly behind the host, and can stay behind him by hard braking
+    (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it follows its lane, where
     that is known, else it keeps its velocity and its heading, or ends its turn. Who clearly slows down there, to give way or to stop,
@@ -77,7 +78,8 @@ def predict(
     settings = PredictionSettings() if settings is None else settings
     bodies: list[PredictedBody] = []
     following = [] if host_s_m is None else [track for track in tracks if _is_behind(track, host_s_m) and _keeps_to_its_line(track)]
-    shielded = {track.id for track in following if _is_shielded(track, following)}
+    hard_mps2 = SHIELDED_SHARE * (Road() if road is None else road).grip_mps2
+    shielded = {track.id for track in following if _is_shielded(track, following, hard_mps2)}
     for track in tracks:
         if track.id in shielded:
             continue
@@ -287,8 +289,8 @@ def _is_behind(track: Track, host_s_m: float) -> bool:
     return host_s_m - track.s_m >= track.length_m - _ROUNDING_M
 
 
-def _is_shielded(track: Track, following: Sequence[Track]) -> bool:
-    """Whether one of those who follow the host, in its way, is between the two, and slow braking is enough to stay behind that one."""
+def _is_shielded(track: Track, following: Sequence[Track], braking_mps2: float) -> bool:
+    """Whether one of those who follow the host, in its way, is between the two, and such braking is enough to stay behind that one."""
     for one in following:
         gap = one.s_m - track.s_m - 0.5 * (one.length_m + track.length_m)
         if gap <= 0.0:
@@ -296,7 +298,7 @@ def _is_shielded(track: Track, following: Sequence[Track]) -> bool:
         shared = 0.5 * (one.width_m + track.width_m) - abs(one.d_m - track.d_m)
         if shared < 0.5 * min(one.width_m, track.width_m):
             continue
-        if max(track.speed_s_mps - max(one.speed_s_mps, 0.0), 0.0) ** 2 <= 2.0 * SHIELDED_MPS2 * gap:
+        if max(track.speed_s_mps - max(one.speed_s_mps, 0.0), 0.0) ** 2 <= 2.0 * braking_mps2 * gap:
             return True
     return False
 

@@ -353,3 +353,17 @@ def test_who_is_behind_a_host_that_comes_up_to_a_queue_is_left_to_brake(host_mps
         follower_m, speed_mps = follower_m + 0.05 * (speed_mps + slower), slower
         assert abs(host.d_m) < 0.5
     assert strongest > -5.0
+
+
+@pytest.mark.parametrize("host_mps", [0.0, 0.5, 1.5, 3.0])
+@pytest.mark.parametrize(("fast_mps", "behind_m"), [(22.0, 83.0), (22.0, 60.0), (13.9, 20.0)])
+def test_a_host_that_moves_off_cares_for_nobody_who_has_somebody_between_to_brake_for(
+    host_mps: float, fast_mps: float, behind_m: float
+) -> None:
+    """Somebody stands behind the host, and a fast one comes up to him. The host drove off at 4.9 m/s^2, or had no plan."""
+    between = Track(id="between", s_m=-7.8, d_m=0.0, speed_s_mps=0.0)
+    fast = Track(id="fast", s_m=-12.3 - behind_m, d_m=0.0, speed_s_mps=fast_mps)
+    given = {"host": HostState(speed_mps=host_mps), "coverage": Coverage(), "desired_speed_mps": 13.9}
+    alone, plan = (planned(Situation(tracks=tracks, **given)) for tracks in ((between,), (between, fast)))
+    assert (plan.status, plan.alert, plan.side) == (Status.PLANNED, Alert.NONE, Side.NONE)
+    assert np.array_equal(plan.trajectory.states, alone.trajectory.states)

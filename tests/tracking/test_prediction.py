@@ -13,6 +13,7 @@ from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.tracking.prediction import (
+    SHIELDED_SHARE,
     ACROSS_MPS,
     CHANGE_FASTEST_S,
     CHANGE_GROWTH,
@@ -198,3 +199,24 @@ def test_who_is_just_behind_is_so_wherever_places_are_counted_from(length: float
             id="1", s_m=s_m - shift, d_m=0.0, speed_s_mps=6.0, length_m=length, acceleration_s_mps2=-5.0, acceleration_s_sd_mps2=0.5
         )
         assert [body.id for body in predict([track], road=ROAD, host_s_m=host_s_m - shift).bodies] == ["1"]
+
+
+@given(
+    speed=st.floats(1.0, 40.0),
+    between_mps=st.floats(0.0, 20.0),
+    gap=st.floats(1.0, 200.0),
+    friction=st.floats(0.1, 1.0),
+    d=st.floats(-4.0, 4.0),
+)
+def test_nobody_drives_through_who_follows_the_host_unless_hard_braking_cannot_keep_him_behind(
+    speed: float, between_mps: float, gap: float, friction: float, d: float
+) -> None:
+    road = Road(friction=friction)
+    between = Track(id="between", s_m=-8.0, d_m=0.0, speed_s_mps=between_mps)
+    behind = Track(id="behind", s_m=between.s_m - between.length_m - gap, d_m=d, speed_s_mps=speed)
+    needed = max(speed - between_mps, 0.0) ** 2 / (2.0 * gap)
+    if abs(needed - SHIELDED_SHARE * road.grip_mps2) > 1e-6 and abs(abs(d) - 0.5 * between.width_m) > 1e-6:
+        stays = needed <= SHIELDED_SHARE * road.grip_mps2 and abs(d) < 0.5 * between.width_m
+        there = {body.id for body in predict((between, behind), road=road, host_s_m=0.0).bodies}
+        assert ("behind" in there) is not stays
+        assert "between" in there
