@@ -15,6 +15,7 @@ _LATE_S, _LATE_HELD_S = 2.0, 1.5  # ... and in any case so long before he would 
 _LATEST_S = 3.0  # ... but no longer before
 _QUEUE_MPS, _SLOWLY_MPS = 3.0, 9.0  # who is slower stands in a queue, or rolls with it; and a host that comes up to one
 _STOPPING_MPS2, _NEAR_M = 1.0, 10.0  # a host that needs no less braking than this for a line stops there, or stands so near it, or him
+_WAITING_M = 30.0  # before the end of its lane a host that hardly moves waits to be let in
 
 
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
@@ -72,8 +73,8 @@ def _braking_for_m(situation: Situation) -> float:
 
 
 def _is_held_by_traffic(situation: Situation, vehicle: Vehicle) -> bool:
-    """Whether the host stands behind somebody who stands or rolls, or slowly brakes for him; or stands, or rolls, where its lane ends. A
-    side that is open makes no difference: it is no less so once he is seen not to brake."""
+    """Whether the host stands behind somebody who stands or rolls, or slowly brakes for him; or stands, or rolls, near where its lane
+    ends. A side that is open makes no difference: it is no less so once he is seen not to brake."""
     host = situation.host
     if host.speed_mps > _SLOWLY_MPS:
         return False
@@ -81,4 +82,4 @@ def _is_held_by_traffic(situation: Situation, vehicle: Vehicle) -> bool:
     if any(gap_m(one, host, vehicle) <= _braking_for_m(situation) for one in ahead):
         return True
     end_m = situation.road.lane_ends_m(situation.host_lane, host.s_m, vehicle.width_m) - host.s_m - 0.5 * vehicle.length_m
-    return host.speed_mps <= _QUEUE_MPS and abs(end_m) <= _NEAR_M
+    return host.speed_mps <= _QUEUE_MPS and -_NEAR_M <= end_m <= _WAITING_M

@@ -305,7 +305,10 @@ def test_from_a_queue_that_rolls_it_steers_out_in_time_for_who_never_brakes(host
     assert beside
 
 
-@pytest.mark.parametrize(("width_m", "is_held"), [(((6.0, 3.7), (12.0, 0.0)), True), (((60.0, 3.7), (66.0, 0.0)), False)])
+@pytest.mark.parametrize(
+    ("width_m", "is_held"),
+    [(((6.0, 3.7), (12.0, 0.0)), True), (((27.0, 3.7), (33.0, 0.0)), True), (((60.0, 3.7), (66.0, 0.0)), False)],
+)
 def test_who_comes_up_to_a_host_that_stands_where_its_lane_ends_is_expected_to_stop(
     width_m: tuple[tuple[float, float], ...], is_held: bool
 ) -> None:

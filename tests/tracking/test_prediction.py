@@ -13,11 +13,11 @@ from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.tracking.prediction import (
-    SHIELDED_SHARE,
     ACROSS_MPS,
     CHANGE_FASTEST_S,
     CHANGE_GROWTH,
     CHANGE_PEAK_MPS,
+    SHIELDED_SHARE,
     YOUNG_MPS,
     lane_change,
     predict,
