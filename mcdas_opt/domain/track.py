@@ -81,9 +81,9 @@ class Track(EqualByValue):
     `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
     the number says nothing.
     `lane_path_m`, two to a thousand places (s, d), is the middle of the lane that it is in, from where it is, or before, to where it
-    is not known any more which lane it takes; a map tells. Who does not follow the road, or comes towards the host in a lane that leads
-    elsewhere, slowly enough for its bends, is then predicted to follow its lane; and nobody to leave it where the road turns. None: not
-    known.
+    is not known any more which lane it takes; a map tells. Who does not follow the road is then predicted to follow its lane; so is, in a
+    lane that leads elsewhere, slowly enough for its bends, who comes towards the host, or keeps to it where the road turns as tightly as
+    at a crossing; and nobody is predicted to leave it where the road turns. None: not known.
     `length_m` and `width_m` [m], where they are not said, are those of its `kind`: pedestrian 0.5 x 0.5, bicycle 1.8 x 0.6, motorcycle
     2.2 x 0.8, lorry 12 x 2.5 (the longest without a trailer that directive 96/53/EC allows), every other 4.5 x 1.8. But for the lorry's
     length they are assumed; what is said counts.

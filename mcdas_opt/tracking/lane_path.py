@@ -10,7 +10,7 @@ import numpy as np
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import Places, Track
 from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED, FrenetFrame
 from mcdas_opt.tracking.free_motion import TIMES_S, pace_of, seen_in_the_plane, tabulated, way_m
 
@@ -18,6 +18,7 @@ _BESIDE_M, _ASKEW_RAD = 3.0, 1.2  # who is farther from its lane's middle, or tu
 _SAMPLE_M, _BEHIND_M, _FARTHEST_M = 1.0, 5.0, 1000.0
 _SETTLES_S = 0.5  # into the lane's direction, and from further off so near to its middle:
 _KEEPS_M = 0.5
+_KEEPS_MPS = 0.5  # who moves no faster across his lane keeps to it
 _LOOKED_AT_M = 100.0  # of a lane, for its bends
 _LEADS_OFF_M = 1.5  # a lane that stays nearer to its place across the road leads along it
 _BEND_M, _TURN_MPS2 = 4.0, 4.0  # to either side of a place, over which a path of few points bends; and across, at most
@@ -34,7 +35,7 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
     speed = pace * math.hypot(forward, track.speed_d_mps)
     way = way_m(speed)
     stations, places, yaws = _sampled(_in_the_plane(track, frame), (x, y), float(way[-1]))
-    nearest = int(np.argmin(np.hypot(places[:, 0] - x, places[:, 1] - y)))
+    nearest = _nearest(places, x, y)
     (at_x, at_y), ahead = places[nearest], float(yaws[nearest])
     along, left = (float(off) for off in _turned(x - at_x, y - at_y, -ahead))
     askew = math.remainder(yaw - ahead, 2.0 * math.pi)
@@ -53,10 +54,22 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
     return tabulated(road, frame, track.s_m, poses, (speed * np.cos(heading), speed * np.sin(heading)))
 
 
+def keeps_to_lane(track: Track, road: Road) -> bool:
+    """Whether somebody whose lane is known moves in its direction."""
+    frame, (x, y, yaw) = seen_in_the_plane(track, road, 1.0)
+    _, places, yaws = _sampled(_in_the_plane(track, frame), (x, y), _SAMPLE_M)
+    askew = yaw - float(yaws[_nearest(places, x, y)])
+    return abs(math.hypot(track.speed_s_mps, track.speed_d_mps) * math.sin(askew)) <= _KEEPS_MPS
+
+
+def leads_off(path: Places, d_m: float) -> bool:
+    """Whether a lane leads elsewhere than along the road, of somebody at that place across it."""
+    return max(abs(d - d_m) for _, d in path) > _LEADS_OFF_M
+
+
 def leads_off_gently(track: Track, road: Road) -> bool:
-    """Whether the lane of somebody leads elsewhere than along the road, by bends that he can drive through as fast as he is."""
-    path = track.lane_path_m
-    if path is None or max(abs(d - track.d_m) for _, d in path) <= _LEADS_OFF_M:
+    """Whether the lane of somebody leads elsewhere, by bends that he can drive through as fast as he is."""
+    if track.lane_path_m is None or not leads_off(track.lane_path_m, track.d_m):
         return False
     frame, (x, y, _) = seen_in_the_plane(track, road, 1.0)
     stations, _, yaws = _sampled(_in_the_plane(track, frame), (x, y), _LOOKED_AT_M)
@@ -87,6 +100,11 @@ def _sampled(path: Array, place: tuple[float, float], ahead_m: float) -> tuple[A
     places = np.column_stack([np.interp(stations, along, path[:, i]) for i in (0, 1)])
     way = np.gradient(places, axis=0)
     return stations, places, np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+
+
+def _nearest(places: Array, x: float, y: float) -> int:
+    """Which of the places (n, 2) is nearest."""
+    return int(np.argmin(np.hypot(places[:, 0] - x, places[:, 1] - y)))
 
 
 def _turned(x: Array | float, y: Array | float, by_rad: Array | float) -> tuple[Array, Array]:

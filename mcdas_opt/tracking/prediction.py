@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.free_motion import straight_on, to_turn_rad, turning_in
-from mcdas_opt.tracking.lane_path import along_lane, leads_off_gently
+from mcdas_opt.tracking.lane_path import along_lane, keeps_to_lane, leads_off_gently
 from mcdas_opt.tracking.slow_traffic import SLOW_MPS, TURN_1PM, is_in_a_queue, with_followers_in_slow_traffic
 
 CONSTANT_VELOCITY = "constant-velocity"
@@ -67,7 +67,8 @@ def predict(
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it follows its lane, where
     that is known, else it keeps its velocity and its heading, or ends its turn. Who clearly slows down there, to give way or to stop,
     goes on to for a second; who clearly pulls away is predicted once more. In the plane alone is, too, who comes
-    towards the host in a lane that leads elsewhere, where he is slow enough for its bends; and, besides, who stands or creeps aslant;
+    towards the host in a lane that leads elsewhere, where he is slow enough for its bends, or keeps to such a lane where the road turns
+    tightly (`_leaves_by_its_lane`); and, besides, who stands or creeps aslant;
     and whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there, unless its lane is
     known. Who comes towards the host there either goes straight on or keeps to his lane's turn, settling soon: his speed across the road
     is that of cutting the turn, not of changing lanes.
@@ -85,7 +86,7 @@ def predict(
             continue
         slowing = slowing_down(track, road) if road is not None else STEADY
         lane = along_lane(track, road or Road(), *slowing)
-        if not track.follows_road or (lane is not None and track.speed_s_mps < 0.0 and leads_off_gently(track, road or Road())):
+        if not track.follows_road or (lane is not None and _leaves_by_its_lane(track, road or Road())):
             bodies.append(_free(track, settings, lane or _free_motion(track, road or Road(), *slowing), track.id))
             if road is not None and (rate := pulling_away(track, road)) is not None:
                 faster = along_lane(track, road, *rate) or _free_motion(track, road, *rate)
@@ -167,11 +168,24 @@ def _free(track: Track, settings: PredictionSettings, motion: Callable[[Array], 
     )
 
 
+def _leaves_by_its_lane(track: Track, road: Road) -> bool:
+    """Whether somebody who follows the road, but whose lane leads elsewhere, goes there: if he is slow enough for its bends, who comes
+    towards the host, and who drives along with it, keeps to his lane, and has a tight turn of the road before him."""
+    if track.speed_s_mps >= 0.0 and (_tightest_1pm(track, road) < TURN_1PM or not keeps_to_lane(track, road)):
+        return False
+    return leads_off_gently(track, road)
+
+
+def _tightest_1pm(track: Track, road: Road) -> float:
+    """How tightly the road turns at most on the way of a track."""
+    return 0.0 if road.is_straight else float(np.abs(road.curvature_at(track.s_m + track.speed_s_mps * _TURN_TIMES_S)).max())
+
+
 def _may_go_straight_on(track: Track, road: Road) -> bool:
     """Whether the road turns tightly before a track of known heading that comes towards the host, or is too fast for the turn."""
-    if track.heading_rad is None or road.is_straight:
+    if track.heading_rad is None:
         return False
-    turn = float(np.abs(road.curvature_at(track.s_m + track.speed_s_mps * _TURN_TIMES_S)).max())
+    turn = _tightest_1pm(track, road)
     return turn >= TURN_1PM and (track.speed_s_mps < 0.0 or turn * track.speed_s_mps**2 > TURN_MPS2)
 
 

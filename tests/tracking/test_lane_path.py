@@ -167,6 +167,47 @@ def test_who_turns_across_in_a_lane_that_is_known_is_let_through() -> None:
         assert bool(yielding(Cycle.of(situation, Planner().vehicle), 0.0)) is lets
 
 
+def goes_straight_on(side: float, x_m: float, across_mps: float = 0.0) -> tuple[Road, Track]:
+    """A road that swings out and turns off tightly, to the right (1) or the left; beside it somebody whose lane goes straight on."""
+    bends = ((4.0, 0.0), (6.0, 0.05), (9.0, 0.05), (11.0, -0.15), (20.0, -0.15), (23.0, 0.0))
+    road = Road(lanes_left=1, lanes_right=1, lane_width_m=3.2, curvature=tuple((s, side * kappa) for s, kappa in bends))
+    frame, x = frame_near(road, 0.0), np.arange(-10.0, 60.0, 1.0)
+    s, d, _ = frame.to_road(x, np.full_like(x, 3.2 * side), np.zeros_like(x), near_s_m=x_m)
+    yaw = math.asin(across_mps / 4.0)
+    at, off, psi = (float(q[0]) for q in frame.to_road(*(np.array([q]) for q in (x_m, 3.2 * side, yaw)), near_s_m=x_m))
+    moving = {"speed_s_mps": 4.0 * math.cos(psi) / (1.0 - off * float(road.curvature_at(at))), "speed_d_mps": 4.0 * math.sin(psi)}
+    path = tuple(zip(s.tolist(), d.tolist(), strict=True))
+    return road, Track(id="1", s_m=at, d_m=off, heading_rad=psi, lane_path_m=path, **moving)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("x_m", [0.0, 4.0, 7.0])
+def test_beside_a_road_that_turns_off_who_keeps_to_a_lane_that_does_not_is_predicted_along_it(side: float, x_m: float) -> None:
+    road, track = goes_straight_on(side, x_m)
+    (body,) = predict([track], road=road).bodies
+    motion = body.at(TIMES)
+    _, y, yaw = frame_near(road, 0.0).to_plane(motion.s_m, motion.d_m, motion.heading_rad)
+    assert np.abs(y - 3.2 * side).max() < 0.05
+    assert np.abs(yaw).max() < 0.02
+    # who leaves that lane is predicted as any other
+    leaves = goes_straight_on(side, x_m, across_mps=-0.7 * side)[1]
+    assert all(isinstance(body, CruisingBody) for body in predict([leaves], road=road).bodies)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("host_mps", [0.0, 0.7, 1.5])
+@pytest.mark.parametrize("behind_m", [1.0, 2.0])
+@pytest.mark.parametrize("host_s_m", [10.0, 11.0])
+def test_a_host_that_turns_off_has_a_plan_beside_who_goes_straight_on(
+    side: float, host_mps: float, behind_m: float, host_s_m: float
+) -> None:
+    """The road's line swings out before the turn, so that he seems to change into the host's lane: nothing passed."""
+    road, track = goes_straight_on(side, host_s_m - behind_m)
+    host = HostState(s_m=host_s_m, speed_mps=host_mps)
+    plan = Planner().plan(Situation(host=host, road=road, coverage=Coverage(), desired_speed_mps=8.0, tracks=(track,)))
+    assert plan.status is Status.PLANNED
+
+
 @pytest.mark.parametrize(
     "path", [(), ((0.0, 0.0),), ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), ((0.0, math.nan), (1.0, 0.0)), ((1.0, 0.0), (1.0, 0.0)), "road"]
 )

@@ -159,7 +159,7 @@ class SumoDriver:
             time_s=now,
             host=state,
             coverage=Coverage(),
-            tracks=tuple(self._traffic.tracks(frame, others, now)),
+            tracks=tuple(self._traffic.tracks(frame, others, now, frame.column_at(state.s_m, state.d_m))),
             road=road,
             vehicle=self.vehicle.name,
             desired_speed_mps=road.speed_limit_mps if self._desired_mps is None else self._desired_mps,

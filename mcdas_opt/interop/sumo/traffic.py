@@ -32,6 +32,7 @@ from mcdas_opt.interop.sumo.levels import Levels
 from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.simulation.ordinary import Placed
 from mcdas_opt.tracking.acceleration import AccelerationFilter
+from mcdas_opt.tracking.lane_path import leads_off
 from mcdas_opt.tracking.turn_rate import TurnRateFilter
 
 _LEVEL_M = 3.0  # who is farther above or below is on another road
@@ -106,14 +107,15 @@ class Traffic:
         self._seen = kept
         return tuple(bodies)
 
-    def tracks(self, frame: RoadFrame, bodies: tuple[Placed, ...], time_s: float) -> Iterator[Track]:
+    def tracks(self, frame: RoadFrame, bodies: tuple[Placed, ...], time_s: float, host_lane: int) -> Iterator[Track]:
         """As a planner is told of them: exact places, headings and speeds, the acceleration and the turn rate that these have shown. Who
-        drives along the host's route has no heading, unless it is clearly turned from it: it follows the road. Who does not drives along
-        its lane."""
+        drives along the host's route has no heading, unless it is clearly turned from it: it follows the road. Who does not, and who is
+        beside the host in a lane that leads elsewhere, drives along its lane."""
         for body in bodies:
             seen = self._seen[body.id]
             acceleration, sd = seen.speed.at(time_s)
-            follows = seen.is_on_route and abs(body.heading_rad) <= ALIGNED_RAD
+            path = None if seen.is_on_route and body.lane == host_lane else self._lane_path_m(frame, body, seen)
+            follows = seen.is_on_route and path is None and abs(body.heading_rad) <= ALIGNED_RAD
             turn_rate, turn_sd = (0.0, None) if follows else seen.turning.at(time_s)
             yield Track(
                 id=body.id,
@@ -132,16 +134,19 @@ class Traffic:
                 kind=body.kind,
                 turn_rate_radps=turn_rate,
                 turn_rate_sd_radps=turn_sd,
-                lane_path_m=None if seen.is_on_route or seen.kind is BodyKind.PEDESTRIAN else self._lane_path_m(frame, body, seen),
+                lane_path_m=path,
             )
 
     def _lane_path_m(self, frame: RoadFrame, body: Placed, seen: _Seen) -> Places | None:
-        """Places (s, d) along the lane of a vehicle."""
+        """Places (s, d) along the lane of a vehicle; on the host's route where it leads elsewhere."""
+        if seen.kind is BodyKind.PEDESTRIAN:
+            return None
         path = self.lane_paths.of(body.id, seen.lane, seen.place, seen.speed_mps)
         if path is None:
             return None
         s, d, _ = frame.to_road(path[:, 0], path[:, 1], np.zeros(len(path)), near_s_m=body.s_m)
-        return tuple(zip(s.tolist(), d.tolist(), strict=True))
+        places = tuple(zip(s.tolist(), d.tolist(), strict=True))
+        return places if not seen.is_on_route or leads_off(places, body.d_m) else None
 
     def _kind(self, name: str, facts: Mapping[int, Any]) -> BodyKind | None:
         return BodyKind.PEDESTRIAN if ABOARD in facts else _KINDS.get(self.sumo.vehicle.getVehicleClass(name))
