@@ -45,6 +45,7 @@ LEAST_TURN_1PM, TURNS_LEAST, TURNS_MOST = 0.02, 0.5, 2.0
 _AT_ONCE_S = np.linspace(0.0, 0.5, 6)
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
+_MEETING_TIMES_S = np.linspace(0.0, 8.0, 41)
 _ROUNDING_M = 1e-6  # what a shift of the origin may change
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
 # to stay behind another nobody needs more of the grip than this, to brake, or a higher speed across the road
@@ -62,7 +63,7 @@ def predict(
     make it less dangerous, nor anybody in a queue (`_queues`). Time zero is the situation's time.
 
     Nobody drives through anybody else: who follows somebody that is itself wholly behind the host, and can stay behind him by hard braking
-    (`_is_shielded`), does not come to the host, and is not in the prediction.
+    (`_is_shielded`), or whose lane leads him there (`_joins_behind`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it follows its lane, where
     that is known, else it keeps its velocity and its heading, or ends its turn. Who clearly slows down there, to give way or to stop,
@@ -86,6 +87,8 @@ def predict(
             continue
         slowing = slowing_down(track, road) if road is not None else STEADY
         lane = along_lane(track, road or Road(), *slowing)
+        if lane is not None and host_s_m is not None and _joins_behind(track, lane, following, host_s_m, hard_mps2):
+            continue
         if not track.follows_road or (lane is not None and _leaves_by_its_lane(track, road or Road())):
             bodies.append(_free(track, settings, lane or _free_motion(track, road or Road(), *slowing), track.id))
             if road is not None and (rate := pulling_away(track, road)) is not None:
@@ -314,6 +317,22 @@ def _is_shielded(track: Track, following: Sequence[Track], braking_mps2: float) 
             continue
         if max(track.speed_s_mps - max(one.speed_s_mps, 0.0), 0.0) ** 2 <= 2.0 * braking_mps2 * gap:
             return True
+    return False
+
+
+def _joins_behind(
+    track: Track, along_lane: Callable[[Array], BodyMotion], following: Sequence[Track], host_s_m: float, braking_mps2: float
+) -> bool:
+    """Whether somebody's lane leads him to one of those who follow the host, before he is level with it, and such braking is enough to stop
+    before he is there."""
+    at = along_lane(_MEETING_TIMES_S)
+    speed = math.hypot(float(at.speed_s_mps[0]), float(at.speed_d_mps[0]))
+    for one in following:
+        length, width = 0.5 * (one.length_m + track.length_m), 0.5 * (one.width_m + track.width_m)
+        meets = (np.abs(at.s_m - one.s_m - one.speed_s_mps * _MEETING_TIMES_S) < length) & (np.abs(at.d_m - one.d_m) < width)
+        k = int(meets.argmax())
+        if meets[k] and k > 0 and at.s_m[: k + 1].max() <= host_s_m - track.length_m:
+            return speed <= 2.0 * braking_mps2 * float(_MEETING_TIMES_S[k])
     return False
 
 

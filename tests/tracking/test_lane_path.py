@@ -208,6 +208,20 @@ def test_a_host_that_turns_off_has_a_plan_beside_who_goes_straight_on(
     assert plan.status is Status.PLANNED
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("speed", "stands"), [(5.0, True), (9.0, True), (13.0, True), (9.0, False)])
+def test_whose_lane_leads_him_behind_somebody_behind_a_standing_host_does_not_come_to_it(side: float, speed: float, stands: bool) -> None:
+    """He turns out of a side street behind a queue: predicted on along his lane he came through the one who stands behind the host."""
+    joins = replace(on_it(STRAIGHT, (-26.0, 12.0 * side, -0.5 * side * math.pi), speed, turns_left=side > 0.0), id="joins")
+    queue = [Track(id=name, s_m=s, d_m=0.0, speed_s_mps=0.0) for name, s in (("ahead", 8.0), ("behind", -7.5))]
+    tracks = (*queue[: 2 if stands else 1], joins)
+    there = {body.id for body in predict(tracks, road=STRAIGHT, host_s_m=0.0).bodies}
+    assert ("joins" in there) is not stands
+    given = {"host": HostState(), "road": STRAIGHT, "coverage": Coverage(), "desired_speed_mps": 13.9}
+    plan = Planner().plan(Situation(tracks=tracks, **given))
+    assert (plan.status is Status.PLANNED and float(plan.trajectory.states[-1, 0]) < 1.5) is stands
+
+
 @pytest.mark.parametrize(
     "path", [(), ((0.0, 0.0),), ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), ((0.0, math.nan), (1.0, 0.0)), ((1.0, 0.0), (1.0, 0.0)), "road"]
 )
