@@ -324,16 +324,20 @@ def _joins_behind(
     track: Track, along_lane: Callable[[Array], BodyMotion], following: Sequence[Track], host_s_m: float, braking_mps2: float
 ) -> bool:
     """Whether somebody's lane leads him to one of those who follow the host, before he is level with it, and such braking is enough to stop
-    before he is there."""
+    before he is there, at the first of them."""
+    if not following:
+        return False
     at = along_lane(_MEETING_TIMES_S)
-    speed = math.hypot(float(at.speed_s_mps[0]), float(at.speed_d_mps[0]))
+    meets = np.zeros(_MEETING_TIMES_S.size, dtype=bool)
     for one in following:
         length, width = 0.5 * (one.length_m + track.length_m), 0.5 * (one.width_m + track.width_m)
-        meets = (np.abs(at.s_m - one.s_m - one.speed_s_mps * _MEETING_TIMES_S) < length) & (np.abs(at.d_m - one.d_m) < width)
-        k = int(meets.argmax())
-        if meets[k] and k > 0 and at.s_m[: k + 1].max() <= host_s_m - track.length_m:
-            return speed <= 2.0 * braking_mps2 * float(_MEETING_TIMES_S[k])
-    return False
+        if one is not track:
+            meets |= (np.abs(at.s_m - one.s_m - one.speed_s_mps * _MEETING_TIMES_S) < length) & (np.abs(at.d_m - one.d_m) < width)
+    k = int(meets.argmax())
+    if k == 0 or at.s_m[: k + 1].max() > host_s_m - track.length_m:  # he meets nobody, or is within somebody now
+        return False
+    speed = math.hypot(float(at.speed_s_mps[0]), float(at.speed_d_mps[0]))
+    return speed <= 2.0 * braking_mps2 * float(_MEETING_TIMES_S[k])
 
 
 def _keeps_to_its_line(track: Track) -> bool:

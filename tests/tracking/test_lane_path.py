@@ -222,6 +222,15 @@ def test_whose_lane_leads_him_behind_somebody_behind_a_standing_host_does_not_co
     assert (plan.status is Status.PLANNED and float(plan.trajectory.states[-1, 0]) < 1.5) is stands
 
 
+def test_who_joins_a_queue_is_judged_by_the_first_whom_he_meets() -> None:
+    """Before the nearest he cannot stop any more: that he could before the next helps nobody, in whichever order they are told."""
+    joins = replace(on_it(STRAIGHT, (-26.0, 12.0, -0.5 * math.pi), 9.0), id="joins")
+    first, last = (Track(id=f"{s}", s_m=s, d_m=d, speed_s_mps=0.0) for s, d in ((-25.0, 6.0), (-7.5, 0.0)))
+    ids = [{body.id for body in predict((*queue, joins), road=STRAIGHT, host_s_m=0.0).bodies} for queue in ((first, last), (last, first))]
+    assert ids[0] == ids[1]
+    assert "joins" in ids[0]
+
+
 @pytest.mark.parametrize(
     "path", [(), ((0.0, 0.0),), ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), ((0.0, math.nan), (1.0, 0.0)), ((1.0, 0.0), (1.0, 0.0)), "road"]
 )
