@@ -49,7 +49,8 @@ class RangeRates:
         most_m = _STEP * sd_m + _STEP_MPS * elapsed_s
         steps_m = [min(max(_off_m(before, after, elapsed_s), -most_m), most_m) for before, after in again]
         self._steps.append((t_s, elapsed_s * len(again), sum(steps_m)))
-        followed_s, off_m = sum(step[1] for step in self._steps), sum(step[2] for step in self._steps)
+        _, seconds, metres = zip(*self._steps, strict=True)
+        followed_s, off_m = sum(seconds), sum(metres)
         wrong_mps = WRONG_MPS + max(point.range_rate_sd_mps for _, point in again)
         is_wrong = followed_s >= _LEAST_S and abs(off_m) > wrong_mps * followed_s + _NOISE * sd_m
         return off_m / followed_s if is_wrong else 0.0

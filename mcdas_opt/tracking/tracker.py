@@ -203,6 +203,8 @@ class Tracker:
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
         """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
+        if not bodies:
+            return
         time_s = look.scan.t_s
         named = {life.name: life for life in self._lives if life.name is not None}
         strangers: list[tuple[BodyDetection, TargetFix, float]] = []
@@ -342,6 +344,8 @@ class Tracker:
         Both stay if one scan has ever shown them side by side: then they are two cars, and not one car tracked twice. A tentative one stays
         where a confirmed one goes on unseen: a longer body than was thought is seen elsewhere than expected, and is taken up anew.
         """
+        if len(self._lives) < 2:
+            return
         there = PlacedBodies[TrackLife](0.5)
         for life in self._lives:
             if next(there.meeting(life.place(time_s), life.size), None) is not None:

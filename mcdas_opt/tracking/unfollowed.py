@@ -51,6 +51,8 @@ class UnfollowedReturns:
         """
         elapsed_s = min(max(t_s - self._t_s, 0.0), _LONGEST_S)
         self._t_s = t_s
+        if not returns and not self._tracks:
+            return 0
         scans = dict(zip(self._tracks, self._seen[:, 3].tolist(), strict=True))
         lost = [k for k, track in enumerate(self._tracks) if track not in hit and self._seen[k, 4] <= 2.0]
         old, tracks = self._seen[lost], [self._tracks[k] for k in lost]
@@ -78,6 +80,9 @@ def unexplained(
 ) -> list[tuple[RadarDetection, TrackLife]]:
     """Of a scan's returns, each with its track (`followers`), those whose tracks are tentative still, but for what stands beside the road,
     and farther reflections of a body that is seen: beside it, or as its echo on a longer way."""
+    tentative = [(point, life) for point, life in followers.items() if not life.confirmed]
+    if not tentative:
+        return []
     bodies, staying = PlacedBodies[TrackLife](_BESIDE), set(lives)
     for life in lives:
         if life.confirmed and not life.goes_on_unseen(now):
@@ -85,9 +90,8 @@ def unexplained(
     seen = [point for point, life in followers.items() if life.confirmed]
     return [
         (point, life)
-        for point, life in followers.items()
-        if not life.confirmed
-        and life in staying
+        for point, life in tentative
+        if life in staying
         and _is_on(road, life.place(t_s))
         and next(bodies.meeting(life.place(t_s), life.size), None) is None
         and not any(_is_echo(point, other) for other in seen)
