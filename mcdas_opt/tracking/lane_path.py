@@ -67,10 +67,8 @@ def leads_off(path: Places, d_m: float) -> bool:
     return max(abs(d - d_m) for _, d in path) > _LEADS_OFF_M
 
 
-def leads_off_gently(track: Track, road: Road) -> bool:
-    """Whether the lane of somebody leads elsewhere, by bends that he can drive through as fast as he is."""
-    if track.lane_path_m is None or not leads_off(track.lane_path_m, track.d_m):
-        return False
+def bends_gently(track: Track, road: Road) -> bool:
+    """Whether the lane of somebody, where it is known, bends no more than he can drive through as fast as he is."""
     frame, (x, y, _) = seen_in_the_plane(track, road, 1.0)
     stations, _, yaws = _sampled(_in_the_plane(track, frame), (x, y), _LOOKED_AT_M)
     bends = np.interp(stations + _BEND_M, stations, yaws) - np.interp(stations - _BEND_M, stations, yaws)

@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.free_motion import straight_on, to_turn_rad, turning_in
-from mcdas_opt.tracking.lane_path import along_lane, keeps_to_lane, leads_off_gently
+from mcdas_opt.tracking.lane_path import along_lane, bends_gently, keeps_to_lane, leads_off
 from mcdas_opt.tracking.slow_traffic import SLOW_MPS, TURN_1PM, is_in_a_queue, with_followers_in_slow_traffic
 
 CONSTANT_VELOCITY = "constant-velocity"
@@ -80,26 +80,29 @@ def predict(
     settings = PredictionSettings() if settings is None else settings
     bodies: list[PredictedBody] = []
     following = [] if host_s_m is None else [track for track in tracks if _is_behind(track, host_s_m) and _keeps_to_its_line(track)]
-    hard_mps2 = SHIELDED_SHARE * (Road() if road is None else road).grip_mps2
+    on = Road() if road is None else road
+    hard_mps2 = SHIELDED_SHARE * on.grip_mps2
     shielded = {track.id for track in following if _is_shielded(track, following, hard_mps2)}
     for track in tracks:
         if track.id in shielded:
             continue
         slowing = slowing_down(track, road) if road is not None else STEADY
-        lane = along_lane(track, road or Road(), *slowing)
+        is_behind = host_s_m is not None and _is_behind(track, host_s_m)
+        goes_elsewhere = not track.follows_road or _leaves_by_its_lane(track, on)
+        lane = along_lane(track, on, *slowing) if goes_elsewhere or (is_behind and following) else None
         if lane is not None and host_s_m is not None and _joins_behind(track, lane, following, host_s_m, hard_mps2):
             continue
-        if not track.follows_road or (lane is not None and _leaves_by_its_lane(track, road or Road())):
-            bodies.append(_free(track, settings, lane or _free_motion(track, road or Road(), *slowing), track.id))
+        if not track.follows_road or (goes_elsewhere and lane is not None):
+            bodies.append(_free(track, settings, lane or _free_motion(track, on, *slowing), track.id))
             if road is not None and (rate := pulling_away(track, road)) is not None:
                 faster = along_lane(track, road, *rate) or _free_motion(track, road, *rate)
                 bodies.append(_free(track, settings, faster, Variant.ACCELERATING.of(track.id)))
             continue
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
-        is_too_fast = meets_a_turn and road is not None and lane is None and not turns_with(track, road)
+        is_too_fast = meets_a_turn and not turns_with(track, on) and along_lane(track, on, *slowing) is None
         if is_too_fast or track.lies_aslant:
-            bodies.append(_free(track, settings, _free_motion(track, road or Road()), Variant.STRAIGHT_ON.of(track.id)))
+            bodies.append(_free(track, settings, _free_motion(track, on), Variant.STRAIGHT_ON.of(track.id)))
         drifting = CruisingBody(
             id=track.id,
             length_m=track.length_m,
@@ -124,8 +127,8 @@ def predict(
             name = Variant.CHANGING.of(track.id)
             bodies.append(replace(drifting, id=name, speed_d_mps=speed_d, lateral_fade_s=fade_s, lateral_swell=swell))
         rate = None if road is None else speed_change(track, road)
-        if rate is not None and rate[0] < 0.0 and host_s_m is not None and road is not None:
-            rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road) else rate
+        if rate is not None and rate[0] < 0.0 and host_s_m is not None:
+            rate = None if is_behind or _queues(track, tracks, host_s_m, on) else rate
         if rate is not None:
             acceleration, lasting_s = rate
             variant = Variant.BRAKING if acceleration < 0.0 else Variant.ACCELERATING
@@ -174,9 +177,11 @@ def _free(track: Track, settings: PredictionSettings, motion: Callable[[Array], 
 def _leaves_by_its_lane(track: Track, road: Road) -> bool:
     """Whether somebody who follows the road, but whose lane leads elsewhere, goes there: if he is slow enough for its bends, who comes
     towards the host, and who drives along with it, keeps to his lane, and has a tight turn of the road before him."""
+    if track.lane_path_m is None or not leads_off(track.lane_path_m, track.d_m):
+        return False
     if track.speed_s_mps >= 0.0 and (_tightest_1pm(track, road) < TURN_1PM or not keeps_to_lane(track, road)):
         return False
-    return leads_off_gently(track, road)
+    return bends_gently(track, road)
 
 
 def _tightest_1pm(track: Track, road: Road) -> float:
