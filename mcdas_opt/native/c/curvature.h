@@ -14,6 +14,14 @@ static inline whole knot_before(double s, whole knots, const double *at)
     return low;
 }
 
+/* the same, sought from knot i on */
+static inline whole knot_beside(whole i, double s, whole knots, const double *at)
+{
+    while (i > 0 && s < at[i]) i--;
+    while (i < knots - 1 && s >= at[i + 1]) i++;
+    return i;
+}
+
 /* of values at knots the one at s, which lies behind knot i */
 static inline double value_behind(whole i, double s, whole knots, const double *at, const double *value)
 {

@@ -185,7 +185,10 @@ static void roll_out(const Family *f, const double *q, const double *step, doubl
         }
         return;
     }
-    for (whole t = 0; t < n; t++) ratio[t] = curvature_at(s[t], f->count_of_knots, f->knots, f->kappas);
+    for (whole t = 0, knot = 0; t < n; t++) {
+        knot = t ? knot_beside(knot, s[t], f->count_of_knots, f->knots) : knot_before(s[t], f->count_of_knots, f->knots);
+        ratio[t] = value_behind(knot, s[t], f->count_of_knots, f->knots, f->kappas);
+    }
     for (whole t = 0; t < n; t++) {
         const double k = ratio[t], along = cosine[t], across = sine[t], turned = sin(k * c), straight = sqrt(1.0 - turned * turned);
         curvature[t] += k * along / (1.0 - k * d[t]);

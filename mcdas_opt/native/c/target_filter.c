@@ -228,41 +228,12 @@ PUBLIC void mcdas_correct(double *belief, double dt, double along, double across
     evened(P);
 }
 
-/* s, d of (x, y), sought within 300 m of `near`: `FrenetFrame.to_road` of one place */
-static void to_road(const Frame *f, double x, double y, double near, double *s_out, double *d_out)
-{
-    const double low = f->samples ? f->s[0] : 0.0, high = f->samples ? f->s[f->samples - 1] : 0.0;
-    double s = near, best = HUGE_VAL, px, py, theta, along, across;
-    whole first = 0;
-    if (f->samples == 0) {
-        *s_out = x;
-        *d_out = y;
-        return;
-    }
-    while (first < f->samples && f->s[first] < near - 300.0) first++;
-    for (whole i = first; i < f->samples && f->s[i] < near + 300.0; i += 8) {
-        const double apart = (x - f->x[i]) * (x - f->x[i]) + (y - f->y[i]) * (y - f->y[i]);
-        if (apart < best) best = apart, s = f->s[i];
-    }
-    for (int round = 0; round < 12; round++) {
-        double step;
-        to_plane(f, s, 0.0, 0.0, &px, &py, &theta);
-        along = (x - px) * cos(theta) + (y - py) * sin(theta);
-        across = -(x - px) * sin(theta) + (y - py) * cos(theta);
-        step = along / GREATER(1.0 - across * road_curvature(f, s), 0.1);
-        s = LESSER(GREATER(s + step, low), high);
-        if (fabs(step) < 1e-12) break;
-    }
-    to_plane(f, s, 0.0, 0.0, &px, &py, &theta);
-    *s_out = s;
-    *d_out = -(x - px) * sin(theta) + (y - py) * cos(theta);
-}
-
 /* points (count, 6): range, azimuth, range rate and their variances; view: x, y, yaw, vx, vy, host's s; fixes (count, OF_FIX) */
 PUBLIC void mcdas_fixes(whole count, const double *points, const double *view, double length, double width, whole samples,
                         const double *line, whole knots, const double *bends, double *fixes)
 {
     const Frame frame = frame_of(samples, line, knots, bends);
+    const Window sought = window_near(&frame, view[5]);
     const double here = samples ? road_heading(&frame, view[5]) : 0.0;
     for (whole i = 0; i < count; i++, points += 6, fixes += OF_FIX) {
         const double theta = view[2] + points[1], ux = cos(theta), uy = sin(theta);
@@ -272,7 +243,7 @@ PUBLIC void mcdas_fixes(whole count, const double *points, const double *view, d
             extent = half_extent(theta - near, length, width);
             r += extent;
         }
-        to_road(&frame, view[0] + r * ux, view[1] + r * uy, view[5], &s, &d);
+        to_road(&frame, view[0] + r * ux, view[1] + r * uy, sought, &s, &d);
         bearing = samples ? theta - road_heading(&frame, s) : theta;
         if (length > 0.0 && samples)
             for (int round = 0; round < 2; round++) {  /* now with the heading at the centre itself */

@@ -44,6 +44,13 @@ typedef struct {
 
 OUT_OF_LINE static double curvature(const Case *q, double s) { return curvature_at(s, q->count_of_knots, q->knots, q->kappas); }
 
+/* the same of places one after the other: behind which knot the last one lies is kept */
+static inline double curvature_on(const Case *q, double s, whole *knot)
+{
+    *knot = knot_beside(*knot, s, q->count_of_knots, q->knots);
+    return value_behind(*knot, s, q->count_of_knots, q->knots, q->kappas);
+}
+
 /* how far a body here is beyond edges that change along the road */
 OUT_OF_LINE static double beyond_here(const Case *q, double s, double d, double sine, double cosine)
 {
@@ -272,10 +279,11 @@ static int driven(const Case *q, const Profile *p, const Nodes *e, int from, int
     else
         across(p, 0, from, to, m->way, m);
     if (q->bend > 0.0) {
-        for (int t = from; t < to; t++) m->kappa[t] = curvature(q, m->s0 + m->way[t]);
+        whole knot = knot_before(m->s0 + m->way[from], q->count_of_knots, q->knots);
+        for (int t = from; t < to; t++) m->kappa[t] = curvature_on(q, m->s0 + m->way[t], &knot);
         for (int t = from; t < to; t++) m->ratio[t] /= 1.0 - m->kappa[t] * m->d[t];
         along(from, to, m);
-        for (int t = from; t < to; t++) m->kappa[t] = curvature(q, m->s[t]);
+        for (int t = from; t < to; t++) m->kappa[t] = curvature_on(q, m->s[t], &knot);
         for (int t = from; t < to; t++) m->curvature[t] += m->kappa[t] * m->cosine[t] / (1.0 - m->kappa[t] * m->d[t]);
     }
     for (int t = from; t < to; t += LANES)

@@ -58,6 +58,7 @@ static int touched(const Case *q, int from, int to, whole start, const whole *st
         const double longest = q->longest[j], widest_bow = straight ? 0.0 : BOW * q->bend * (4.0 * longest * longest + q->length * q->length);
         if (stays_beside(q, j, left, right, kept + widest_bow)) continue;
         const double reach = (corner + longest + kept + STEP_REACH_M) * (straight ? 1.0 : 2.0);
+        whole knot = straight ? 0 : knot_before(there[steps[begin]], q->count_of_knots, q->knots);
         int near = fabs(there[steps[begin]] - s[begin]) < reach;
         for (int k = begin + 1; k < to && (first < 0 || k <= first); k++) {
             const int before = near;
@@ -71,7 +72,7 @@ static int touched(const Case *q, int from, int to, whole start, const whole *st
                 const int i = k - 1 + e;
                 x[e] = there[steps[i]] - s[i];
                 y[e] = aside[steps[i]] - d[i];
-                if (!straight) x[e] *= 1.0 - curvature(q, s[i] + x[e]) * 0.5 * (aside[steps[i]] + d[i]);
+                if (!straight) x[e] *= 1.0 - curvature_on(q, s[i] + x[e], &knot) * 0.5 * (aside[steps[i]] + d[i]);
             }
             if ((first < 0 || k - 1 < first) && meet(x, y, sine + k - 1, cosine + k - 1, length, width, kept + bow, host_long, host_wide)) {
                 first = k - 1;
