@@ -30,6 +30,7 @@ FUNCTIONS = {
     "mcdas_correct": "pdddp",
     "mcdas_cost": "pdddpddd>d",
     "mcdas_fixes": "laaddlplpp",
+    "mcdas_to_road": "laadlplpww>l",
     "mcdas_conservative_accept": "alaaallplpalww>i",
     "mcdas_sharpest": "a" + 8 * "d" + ">d",
     **_FAMILY,

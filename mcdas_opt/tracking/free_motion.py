@@ -15,6 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED, FrenetFrame
 from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.native.library import library
 
 LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
 _STEP_S = 0.1
@@ -53,19 +54,20 @@ class TabulatedLine:
 
     table: Array
     rises: Array  # (5, n - 1) of s, d, heading, speeds from each sample to the next
-    jumps: NDArray[np.bool_]  # (n - 1,)
+    jumps: NDArray[np.bool_] | None  # (n - 1,); None where s jumps nowhere
 
     @classmethod
     def of(cls, table: Array) -> TabulatedLine:
-        rises = np.diff(table[1:])
-        return cls(table=table, rises=rises, jumps=np.abs(rises[0]) > _JUMP_MPS * _STEP_S)
+        rises = table[1:, 1:] - table[1:, :-1]
+        jumps = np.abs(rises[0]) > _JUMP_MPS * _STEP_S
+        return cls(table=table, rises=rises, jumps=jumps if jumps.any() else None)
 
     def __call__(self, t_s: Array) -> BodyMotion:
         times = self.table[0]
-        t = np.clip(t_s, times[0], times[-1])
-        before = np.clip((t / _STEP_S).astype(np.intp), 0, times.size - 2)
+        t = np.minimum(np.maximum(t_s, times[0]), times[-1])
+        before = np.minimum((t / _STEP_S).astype(np.intp), times.size - 2)
         share = (t - times[before]) / _STEP_S
-        share = np.where(self.jumps[before], np.round(share), share)
+        share = share if self.jumps is None else np.where(self.jumps[before], np.round(share), share)
         s, d, heading, along, across = self.table[1:, before] + share * self.rises[:, before]
         return BodyMotion(s_m=s, d_m=d, heading_rad=heading, speed_s_mps=along, speed_d_mps=across)
 
@@ -99,7 +101,8 @@ def pace_of(track: Track, rate_mps2: float, lasts_s: float) -> Array:
 
 def _in_the_plane(track: Track, road: Road, turned_rad: Array, pace: Array) -> TabulatedLine:
     """The track's motion where it is turned by `turned_rad`, and `pace` times as fast, at `TIMES_S`."""
-    frame, (x, y, yaw) = seen_in_the_plane(track, road, float(pace.max()))
+    frame = frame_for(track, road, float(pace.max()))
+    x, y, yaw = (float(q[0]) for q in frame.to_plane(np.array([track.s_m]), np.array([track.d_m]), np.array([heading_of(track)])))
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
     road_there = yaw - heading_of(track) + turned_rad  # as if it were the road that turned
     c, s = np.cos(road_there), np.sin(road_there)
@@ -111,12 +114,10 @@ def heading_of(track: Track) -> float:
     return 0.0 if track.heading_rad is None else track.heading_rad
 
 
-def seen_in_the_plane(track: Track, road: Road, pace: float) -> tuple[FrenetFrame, tuple[float, float, float]]:
-    """A frame of the road for who becomes so many times as fast, and the track's (x, y, yaw) in its plane."""
+def frame_for(track: Track, road: Road, pace: float = 1.0) -> FrenetFrame:
+    """A frame of the road for who becomes so many times as fast."""
     fastest = abs(track.speed_s_mps) * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), 1.0) + abs(track.speed_d_mps)
-    frame = frame_near(road, track.s_m, min(LASTS_S * fastest * pace, _FARTHEST_M))
-    x, y, yaw = (float(q[0]) for q in frame.to_plane(np.array([track.s_m]), np.array([track.d_m]), np.array([heading_of(track)])))
-    return frame, (x, y, yaw)
+    return frame_near(road, track.s_m, min(LASTS_S * fastest * pace, _FARTHEST_M))
 
 
 def tabulated(
@@ -127,7 +128,12 @@ def tabulated(
     road_yaw, (vx, vy) = poses[2] - its_heading, velocity
     stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), LEAST_STRETCH_MEASURED)
     along, across = (np.cos(road_yaw) * vx + np.sin(road_yaw) * vy) / stretch, np.cos(road_yaw) * vy - np.sin(road_yaw) * vx
-    return TabulatedLine.of(np.array([TIMES_S, its_s, its_d, np.unwrap(its_heading), along, across]))
+    return TabulatedLine.of(np.array([TIMES_S, its_s, its_d, unwrapped(its_heading), along, across]))
+
+
+def unwrapped(angle_rad: Array) -> Array:
+    """`np.unwrap`, which takes its time where there is nothing to do."""
+    return angle_rad if np.abs(angle_rad[1:] - angle_rad[:-1]).max() < np.pi else np.unwrap(angle_rad)
 
 
 def way_m(speed_mps: Array) -> Array:
@@ -140,7 +146,7 @@ def way_m(speed_mps: Array) -> Array:
 def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float) -> tuple[Array, Array, Array]:
     """(s, d, psi) of the samples of a line that begins at `start_s_m`. Where the road comes back to its own place, two are as near: the
     line stays on the piece of road that it is on, wherever s is counted from."""
-    s, d, psi = frame.to_road(x, y, yaw, near_s_m=start_s_m)
+    s, d, psi = _to_road(frame, x, y, yaw, start_s_m)
     begin = 0
     for _ in range(_MOST_JUMPS):
         jumps = np.flatnonzero(np.abs(np.diff(s[begin:], prepend=s[begin - 1] if begin else start_s_m)) > _JUMP_MPS * _STEP_S)
@@ -156,3 +162,14 @@ def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float
         )
         begin += 1
     return s, d, psi
+
+
+def _to_road(frame: FrenetFrame, x: Array, y: Array, yaw: Array, near_s_m: float) -> tuple[Array, Array, Array]:
+    """`FrenetFrame.to_road` near there; in C where there is a compiler, with other last bits, unless somebody is beyond a bend's centre."""
+    compiled = library()
+    if compiled is not None and not frame.road.is_straight:
+        s, d = np.empty((2, x.size))
+        if compiled.mcdas_to_road(x.size, x, y, near_s_m, *frame.addresses(), s, d) == 0:
+            psi = yaw - frame.road_heading(s)
+            return s, d, np.arctan2(np.sin(psi), np.cos(psi))
+    return frame.to_road(x, y, yaw, near_s_m=near_s_m)

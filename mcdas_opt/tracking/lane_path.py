@@ -12,7 +12,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Places, Track
 from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED, FrenetFrame
-from mcdas_opt.tracking.free_motion import TIMES_S, pace_of, seen_in_the_plane, tabulated, way_m
+from mcdas_opt.tracking.free_motion import TIMES_S, frame_for, heading_of, pace_of, tabulated, unwrapped, way_m
 
 _BESIDE_M, _ASKEW_RAD = 3.0, 1.2  # who is farther from its lane's middle, or turned farther from it, does not follow it
 _SAMPLE_M, _BEHIND_M, _FARTHEST_M = 1.0, 5.0, 1000.0
@@ -30,11 +30,12 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
     if track.lane_path_m is None:
         return None
     pace = pace_of(track, rate_mps2, lasts_s)
-    frame, (x, y, yaw) = seen_in_the_plane(track, road, float(pace.max()))
+    frame = frame_for(track, road, float(pace.max()))
+    (x, y, yaw), path = _in_the_plane(track, frame)
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
     speed = pace * math.hypot(forward, track.speed_d_mps)
     way = way_m(speed)
-    stations, places, yaws = _sampled(_in_the_plane(track, frame), (x, y), float(way[-1]))
+    stations, places, yaws = _sampled(path, (x, y), float(way[-1]))
     nearest = _nearest(places, x, y)
     (at_x, at_y), ahead = places[nearest], float(yaws[nearest])
     along, left = (float(off) for off in _turned(x - at_x, y - at_y, -ahead))
@@ -56,8 +57,8 @@ def along_lane(track: Track, road: Road, rate_mps2: float = 0.0, lasts_s: float 
 
 def keeps_to_lane(track: Track, road: Road) -> bool:
     """Whether somebody whose lane is known moves in its direction."""
-    frame, (x, y, yaw) = seen_in_the_plane(track, road, 1.0)
-    _, places, yaws = _sampled(_in_the_plane(track, frame), (x, y), _SAMPLE_M)
+    (x, y, yaw), path = _in_the_plane(track, frame_for(track, road))
+    _, places, yaws = _sampled(path, (x, y), _SAMPLE_M)
     askew = yaw - float(yaws[_nearest(places, x, y)])
     return abs(math.hypot(track.speed_s_mps, track.speed_d_mps) * math.sin(askew)) <= _KEEPS_MPS
 
@@ -69,18 +70,18 @@ def leads_off(path: Places, d_m: float) -> bool:
 
 def bends_gently(track: Track, road: Road) -> bool:
     """Whether the lane of somebody, where it is known, bends no more than he can drive through as fast as he is."""
-    frame, (x, y, _) = seen_in_the_plane(track, road, 1.0)
-    stations, _, yaws = _sampled(_in_the_plane(track, frame), (x, y), _LOOKED_AT_M)
+    (x, y, _), path = _in_the_plane(track, frame_for(track, road))
+    stations, _, yaws = _sampled(path, (x, y), _LOOKED_AT_M)
     bends = np.interp(stations + _BEND_M, stations, yaws) - np.interp(stations - _BEND_M, stations, yaws)
     sharpest = float(np.abs(bends).max()) / (2.0 * _BEND_M)
     return sharpest * (track.speed_s_mps**2 + track.speed_d_mps**2) <= _TURN_MPS2
 
 
-def _in_the_plane(track: Track, frame: FrenetFrame) -> Array:
-    """(n, 2) of its lane."""
-    s, d = np.array(track.lane_path_m).T
-    x, y, _ = frame.to_plane(s, d, np.zeros_like(s))
-    return np.column_stack([x, y])
+def _in_the_plane(track: Track, frame: FrenetFrame) -> tuple[tuple[float, float, float], Array]:
+    """Its (x, y, yaw), and (n, 2) of its lane."""
+    s, d = np.array([(track.s_m, track.d_m), *(track.lane_path_m or ())]).T
+    x, y, yaw = frame.to_plane(s, d, np.full_like(s, heading_of(track)))
+    return (float(x[0]), float(y[0]), float(yaw[0])), np.column_stack([x[1:], y[1:]])
 
 
 def _sampled(path: Array, place: tuple[float, float], ahead_m: float) -> tuple[Array, Array, Array]:
@@ -96,8 +97,9 @@ def _sampled(path: Array, place: tuple[float, float], ahead_m: float) -> tuple[A
     begin_m, end_m = max(foot_m - _BEHIND_M, 0.0), min(foot_m + min(ahead_m, _FARTHEST_M) + _BEHIND_M, float(along[-1]))
     stations = np.linspace(begin_m, end_m, max(math.ceil((end_m - begin_m) / _SAMPLE_M), 2) + 1)
     places = np.column_stack([np.interp(stations, along, path[:, i]) for i in (0, 1)])
-    way = np.gradient(places, axis=0)
-    return stations, places, np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    ways = places[1:] - places[:-1]
+    towards = np.concatenate([ways[:1], ways[1:] + ways[:-1], ways[-1:]])
+    return stations, places, unwrapped(np.arctan2(towards[:, 1], towards[:, 0]))
 
 
 def _nearest(places: Array, x: float, y: float) -> int:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.tracking.free_motion import straight_on, turning_in
 from mcdas_opt.tracking.prediction import ACCELERATING_MPS2, ACCELERATING_S, PULLING_AWAY_MPS, TURN_FADE_S, predict
 from mcdas_opt.tracking.track_life import course
@@ -44,6 +47,19 @@ def test_it_goes_straight_on_in_the_plane(heading: float, speed: float, road: Ro
     np.testing.assert_allclose(np.cos(yaw - yaw[0]), 1.0, atol=5e-3)
     sideways = (x - x[0]) * math.sin(yaw[0]) - (y - y[0]) * math.cos(yaw[0])
     assert np.abs(sideways).max() < 0.15
+
+
+@given(
+    st.floats(-math.pi, math.pi), st.floats(0.0, 15.0), st.sampled_from([STRAIGHT, CORNER]), st.floats(-5.0, 60.0), st.floats(-15.0, 3.0)
+)
+def test_both_forms_put_it_in_one_place(heading: float, speed: float, road: Road, s_m: float, d_m: float) -> None:
+    one = track(heading, speed, s_m=s_m, d_m=d_m)
+    compiled = straight_on(one, road)(TIMES)
+    with patch.dict(os.environ, {SWITCH: "0"}):
+        interpreted = straight_on(one, road)(TIMES)
+    np.testing.assert_allclose(compiled.s_m, interpreted.s_m, atol=1e-9)
+    np.testing.assert_allclose(compiled.d_m, interpreted.d_m, atol=1e-9)
+    np.testing.assert_allclose(compiled.heading_rad, interpreted.heading_rad, atol=1e-9)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(5.0, 90.0), st.floats(1 / 90, 1 / 30), st.floats(-1000.0, 1000.0), st.floats(-10.0, 10.0))
