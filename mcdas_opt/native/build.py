@@ -68,9 +68,7 @@ def _vectors(text: str, flags: str, portable: str, *names: str, suffix: str = ""
 
 UNITS = (
     Unit(text="levels.c", builds={PORTABLE: ("-O2",)}),
-    *map(
-        _same_operations, ("rectangle_separations.c", "polygon_separations.c", "grown_bodies.c", "drive.c", "target_filter.c", "to_road.c")
-    ),
+    *map(_same_operations, ("rectangle_separations.c", "polygon_separations.c", "grown_bodies.c", "drive.c", "target_filter.c", "plane.c")),
     *map(_same_operations, ("reach.c", "headway.c", "cost_rate.c", "speed_profile.c", "safe_end.c")),
     _vectors("conservative_accept.c", f"-O3 {_TRAPS}", "-O2 -fno-math-errno", "sin", "cos", "tan"),
     _vectors("sharpest_path.c", f"-O3 {_EXACT}", "-O2", "exp", "sin"),

@@ -31,6 +31,7 @@ FUNCTIONS = {
     "mcdas_cost": "pdddpddd>d",
     "mcdas_fixes": "laaddlplpp",
     "mcdas_to_road": "laadlplpww>l",
+    "mcdas_to_plane": "laaalplpwww>l",
     "mcdas_conservative_accept": "alaaallplpalww>i",
     "mcdas_sharpest": "a" + 8 * "d" + ">d",
     **_FAMILY,

@@ -15,7 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED, FrenetFrame
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.native.library import library
+from mcdas_opt.tracking.plane import to_plane, to_road
 
 LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
 _STEP_S = 0.1
@@ -102,7 +102,7 @@ def pace_of(track: Track, rate_mps2: float, lasts_s: float) -> Array:
 def _in_the_plane(track: Track, road: Road, turned_rad: Array, pace: Array) -> TabulatedLine:
     """The track's motion where it is turned by `turned_rad`, and `pace` times as fast, at `TIMES_S`."""
     frame = frame_for(track, road, float(pace.max()))
-    x, y, yaw = (float(q[0]) for q in frame.to_plane(np.array([track.s_m]), np.array([track.d_m]), np.array([heading_of(track)])))
+    x, y, yaw = (float(q[0]) for q in to_plane(frame, np.array([track.s_m]), np.array([track.d_m]), np.array([heading_of(track)])))
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), LEAST_STRETCH_MEASURED)
     road_there = yaw - heading_of(track) + turned_rad  # as if it were the road that turned
     c, s = np.cos(road_there), np.sin(road_there)
@@ -146,7 +146,7 @@ def way_m(speed_mps: Array) -> Array:
 def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float) -> tuple[Array, Array, Array]:
     """(s, d, psi) of the samples of a line that begins at `start_s_m`. Where the road comes back to its own place, two are as near: the
     line stays on the piece of road that it is on, wherever s is counted from."""
-    s, d, psi = _to_road(frame, x, y, yaw, start_s_m)
+    s, d, psi = to_road(frame, x, y, yaw, start_s_m)
     begin = 0
     for _ in range(_MOST_JUMPS):
         jumps = np.flatnonzero(np.abs(np.diff(s[begin:], prepend=s[begin - 1] if begin else start_s_m)) > _JUMP_MPS * _STEP_S)
@@ -162,14 +162,3 @@ def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float
         )
         begin += 1
     return s, d, psi
-
-
-def _to_road(frame: FrenetFrame, x: Array, y: Array, yaw: Array, near_s_m: float) -> tuple[Array, Array, Array]:
-    """`FrenetFrame.to_road` near there; in C where there is a compiler, with other last bits, unless somebody is beyond a bend's centre."""
-    compiled = library()
-    if compiled is not None and not frame.road.is_straight:
-        s, d = np.empty((2, x.size))
-        if compiled.mcdas_to_road(x.size, x, y, near_s_m, *frame.addresses(), s, d) == 0:
-            psi = yaw - frame.road_heading(s)
-            return s, d, np.arctan2(np.sin(psi), np.cos(psi))
-    return frame.to_road(x, y, yaw, near_s_m=near_s_m)

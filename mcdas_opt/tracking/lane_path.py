@@ -13,6 +13,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Places, Track
 from mcdas_opt.geometry.frenet import LEAST_STRETCH_MEASURED, FrenetFrame
 from mcdas_opt.tracking.free_motion import TIMES_S, frame_for, heading_of, pace_of, tabulated, unwrapped, way_m
+from mcdas_opt.tracking.plane import to_plane
 
 _BESIDE_M, _ASKEW_RAD = 3.0, 1.2  # who is farther from its lane's middle, or turned farther from it, does not follow it
 _SAMPLE_M, _BEHIND_M, _FARTHEST_M = 1.0, 5.0, 1000.0
@@ -79,8 +80,8 @@ def bends_gently(track: Track, road: Road) -> bool:
 
 def _in_the_plane(track: Track, frame: FrenetFrame) -> tuple[tuple[float, float, float], Array]:
     """Its (x, y, yaw), and (n, 2) of its lane."""
-    s, d = np.array([(track.s_m, track.d_m), *(track.lane_path_m or ())]).T
-    x, y, yaw = frame.to_plane(s, d, np.full_like(s, heading_of(track)))
+    s, d = np.array([(track.s_m, track.d_m), *(track.lane_path_m or ())]).T.copy()
+    x, y, yaw = to_plane(frame, s, d, np.full(s.shape, heading_of(track)))
     return (float(x[0]), float(y[0]), float(yaw[0])), np.column_stack([x[1:], y[1:]])
 
 

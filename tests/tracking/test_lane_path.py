@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import replace
+from operator import attrgetter
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -20,6 +23,7 @@ from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals.yielding import yielding
@@ -29,6 +33,7 @@ from mcdas_opt.tracking.prediction import predict
 STRAIGHT = Road(lanes_left=1, lanes_right=1)
 CORNER = Road(lanes_left=1, curvature=((0.0, 0.0), (20.0, 0.0), (25.0, 0.08), (38.0, 0.08), (43.0, 0.0)))
 TIMES = np.linspace(0.0, 4.0, 81)
+MOTION = ("s_m", "d_m", "heading_rad", "speed_s_mps", "speed_d_mps")
 RADIUS_M = 12.0
 
 
@@ -54,6 +59,17 @@ def on_it(road: Road, at: tuple[float, float, float], speed: float, beside_m: fl
     moving = {"speed_s_mps": speed * math.cos(psi) / stretch, "speed_d_mps": speed * math.sin(psi), "heading_rad": psi}
     path: Places = tuple(zip(its_s.tolist(), its_d.tolist(), strict=True))
     return replace(Track(id="1", s_m=s_m, d_m=d_m, speed_s_mps=0.0), lane_path_m=path, **moving)
+
+
+@given(st.sampled_from([STRAIGHT, CORNER]), st.floats(0.0, 60.0), st.floats(-6.0, 4.0), st.floats(-math.pi, math.pi), st.floats(0.0, 14.0))
+def test_both_forms_say_the_same(road: Road, s_m: float, d_m: float, heading: float, speed: float) -> None:
+    one = on_it(road, (s_m, d_m, heading), speed)
+    compiled = along_lane(one, road)
+    with patch.dict(os.environ, {SWITCH: "0"}):
+        interpreted = along_lane(one, road)
+    assert compiled is not None and interpreted is not None
+    for ours, theirs in zip(attrgetter(*MOTION)(compiled(TIMES)), attrgetter(*MOTION)(interpreted(TIMES)), strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-8)
 
 
 @given(
