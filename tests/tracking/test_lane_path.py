@@ -67,7 +67,8 @@ def test_both_forms_say_the_same(road: Road, s_m: float, d_m: float, heading: fl
     compiled = along_lane(one, road)
     with patch.dict(os.environ, {SWITCH: "0"}):
         interpreted = along_lane(one, road)
-    assert compiled is not None and interpreted is not None
+    assert compiled is not None
+    assert interpreted is not None
     for ours, theirs in zip(attrgetter(*MOTION)(compiled(TIMES)), attrgetter(*MOTION)(interpreted(TIMES)), strict=True):
         np.testing.assert_allclose(ours, theirs, atol=1e-8)
 
