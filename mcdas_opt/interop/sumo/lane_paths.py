@@ -24,26 +24,47 @@ class _Ahead(NamedTuple):
     lane: str
 
 
+class _Shape(NamedTuple):
+    points: Array  # (n, 2) in SUMO's plane
+    along_m: Array  # (n,) their stations
+    every_m: Array  # (m,) stations a metre apart
+    places: Array  # (m, 2) there
+
+    @classmethod
+    def of(cls, points: Array) -> _Shape:
+        along = stations_m(points)
+        every = np.arange(0.0, along[-1] + 0.5, 1.0)
+        return cls(points, along, every, np.column_stack([np.interp(every, along, points[:, k]) for k in (0, 1)]))
+
+    @property
+    def length_m(self) -> float:
+        return float(self.along_m[-1])
+
+    def nearest_m(self, place: Array) -> float:
+        """The station that is nearest to a place (2,), to half a metre."""
+        return float(self.every_m[np.argmin(np.hypot(*(self.places - place).T))])
+
+
 class LanePaths:
     """Of a network, lane by lane, each asked for once."""
 
     def __init__(self, sumo: Connection) -> None:
         self._sumo = sumo
-        self._shapes: dict[str, Array] = {}
+        self._shapes: dict[str, _Shape] = {}
         self._links: dict[str, list[_Ahead]] = {}
 
     def of(self, vehicle: str, lane: str, place: Array, speed_mps: float) -> Array | None:
         """(n, 2) in SUMO's plane, of a vehicle at that place (2,) of a lane, from a little behind it on. Where several ways lead on, the
         one that its indicators show; where they do not tell, the path ends."""
         ahead_m = _LEAST_M + _AHEAD_S * speed_mps
-        parts, shape = [self._shape(lane)], self._shape(lane)
-        at_m = _nearest_m(shape, place)
-        left_m = at_m + ahead_m - float(stations_m(shape)[-1])
+        parts = [self._shape(lane)]
+        at_m = parts[0].nearest_m(place)
+        left_m = at_m + ahead_m - parts[0].length_m
         while left_m > 0.0 and (following := self._following(vehicle, lane)):
             for lane in following:
                 parts.append(self._shape(lane))
-                left_m -= float(stations_m(parts[-1])[-1])
-        return _between(np.concatenate(parts), at_m - _BEHIND_M, at_m + ahead_m)
+                left_m -= parts[-1].length_m
+        return _between(np.concatenate([part.points for part in parts]), at_m - _BEHIND_M, at_m + ahead_m)
 
     def _following(self, vehicle: str, lane: str) -> list[str]:
         """The lanes inside the junction, and behind it; none where it is not known."""
@@ -54,23 +75,15 @@ class LanePaths:
             links = [link for link in links if link.direction in shown]
         return [*lanes_inside(self._sumo.lane, links[0].via), links[0].lane] if len(links) == 1 else []
 
-    def _shape(self, lane: str) -> Array:
+    def _shape(self, lane: str) -> _Shape:
         if lane not in self._shapes:
-            self._shapes[lane] = np.asarray(self._sumo.lane.getShape(lane), dtype=np.float64)[:, :2]
+            self._shapes[lane] = _Shape.of(np.asarray(self._sumo.lane.getShape(lane), dtype=np.float64)[:, :2])
         return self._shapes[lane]
 
     def _ahead(self, lane: str) -> list[_Ahead]:
         if lane not in self._links:
             self._links[lane] = [_Ahead(str(link[4]), str(link[6]), str(link[0])) for link in self._sumo.lane.getLinks(lane)]
         return self._links[lane]
-
-
-def _nearest_m(shape: Array, place: Array) -> float:
-    """The station of a polyline that is nearest to a place (2,), to half a metre."""
-    along = stations_m(shape)
-    at_m = np.arange(0.0, along[-1] + 0.5, 1.0)
-    x, y = (np.interp(at_m, along, shape[:, k]) for k in (0, 1))
-    return float(at_m[np.argmin(np.hypot(x - place[0], y - place[1]))])
 
 
 def _between(shape: Array, begin_m: float, end_m: float) -> Array | None:

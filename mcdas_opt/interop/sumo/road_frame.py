@@ -22,6 +22,7 @@ from mcdas_opt.interop.sumo.polylines import even, led_over, length_m, shifted, 
 from mcdas_opt.interop.sumo.road_line import line_along
 from mcdas_opt.interop.sumo.route import Edge, lanes_inside
 from mcdas_opt.interop.sumo.sideways import SidewaysSteps
+from mcdas_opt.tracking.plane import to_plane, to_road
 
 _UNFOLDED = 1.2  # a bend's radius, at least, of what lies inside it: nearer to its centre a road would fold over itself
 _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
@@ -88,7 +89,8 @@ class RoadFrame:
 
         Bodies of that length drive across a step sideways of all lanes with their front bumper on its lane; what SUMO says of their
         angle there is of the jump."""
-        s, d, psi = self._frame.to_road(*self.placement.to_frame(x, y, yaw), near_s_m=near_s_m)
+        there = self.placement.to_frame(x, y, yaw)
+        s, d, psi = self._frame.to_road(*there) if near_s_m is None else to_road(self._frame, *there, near_s_m)
         if self._beside is None:
             return s, d, psi
         half_m = np.broadcast_to(0.5 * length_m, s.shape)
@@ -108,8 +110,8 @@ class RoadFrame:
 
     def to_plane_without_steps(self, s: float, d: float, psi: float) -> tuple[float, float, float]:
         """The same where the lanes made no steps sideways."""
-        x, y, yaw = self._frame.to_plane(np.array(s), np.array(d), np.array(psi))
-        return tuple(float(q) for q in self.placement.to_plane(x, y, yaw))  # type: ignore[return-value]
+        x, y, yaw = to_plane(self._frame, *(np.array([q]) for q in (s, d, psi)))
+        return tuple(float(q[0]) for q in self.placement.to_plane(x, y, yaw))  # type: ignore[return-value]
 
     def curvature_at(self, s_m: float) -> float:
         return float(self._frame.road.curvature_at(s_m))

@@ -98,8 +98,8 @@ static inline Window window_near(const Frame *f, double s)
     return window;
 }
 
-/* s, d of (x, y), by Newton's method from the nearest of every eighth sample of a window: `FrenetFrame.to_road` of one place. 0 where that
-   is not the foot of the perpendicular, though the line goes on */
+/* s, d of (x, y), by Newton's method from the nearest of every eighth sample of a window: `FrenetFrame.to_road` of one place. 0 where there
+   is no such sample, or that is not the foot of the perpendicular, though the line goes on */
 static inline int to_road(const Frame *f, double x, double y, Window sought, double *s_out, double *d_out)
 {
     const double low = f->samples ? f->s[0] : 0.0, high = f->samples ? f->s[f->samples - 1] : 0.0;
@@ -129,7 +129,7 @@ static inline int to_road(const Frame *f, double x, double y, Window sought, dou
     c = cos(theta), n = sin(theta);
     *s_out = s;
     *d_out = -(x - px) * n + (y - py) * c;
-    return fabs((x - px) * c + (y - py) * n) <= 0.01 || s <= low || s >= high;
+    return sought.first < sought.end && (fabs((x - px) * c + (y - py) * n) <= 0.01 || s <= low || s >= high);
 }
 
 #endif
