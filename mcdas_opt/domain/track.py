@@ -226,12 +226,14 @@ class Track(EqualByValue):
     def lies_aslant(self) -> bool:
         """Whether its body has to be taken as it is turned: it does not follow the road, or it hardly moves and reaches clearly farther
         across the road than it is wide."""
-        if self.heading_rad is None or self.is_turned:
-            return self.is_turned
+        if self.heading_rad is None:
+            return False
         sine = abs(math.sin(self.heading_rad))
-        wider_m = self.length_m * sine - self.width_m * (1.0 - math.sqrt(1.0 - sine * sine))
-        creeps = math.hypot(self.speed_s_mps, self.speed_d_mps) < _CREEPING_MPS
-        return wider_m > 2.0 * _ASLANT_M and (creeps or self.is_about_to_stand)
+        if sine > _SINE_ALIGNED:
+            return True
+        if self.length_m * sine - self.width_m * (1.0 - math.sqrt(1.0 - sine * sine)) <= 2.0 * _ASLANT_M:
+            return False
+        return math.hypot(self.speed_s_mps, self.speed_d_mps) < _CREEPING_MPS or self.is_about_to_stand
 
     @property
     def along_m(self) -> float:

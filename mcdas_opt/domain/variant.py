@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import lru_cache
 
 
 class Variant(StrEnum):
@@ -15,9 +16,10 @@ class Variant(StrEnum):
 
     def of(self, track_id: str) -> str:
         """The name of the body of this track that does so."""
-        return f"{track_id} {self.value}"
+        return f"{track_id} {self}"
 
 
+@lru_cache(maxsize=1024)
 def names_of(track_id: str) -> tuple[str, ...]:
     """Every name that a track may have in a prediction."""
     return (track_id, *(variant.of(track_id) for variant in Variant))

@@ -27,6 +27,7 @@ from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals.yielding import yielding
+from mcdas_opt.tracking import prediction
 from mcdas_opt.tracking.lane_path import along_lane
 from mcdas_opt.tracking.prediction import predict
 
@@ -259,3 +260,21 @@ def test_what_is_no_path_is_refused_by_name(path: object) -> None:
 def test_a_path_moves_with_the_origin() -> None:
     one = Track(id="1", s_m=100.0, d_m=0.0, speed_s_mps=0.0, lane_path_m=((100.0, 0.0), (110.0, 5.0)))
     assert one.seen_from(90.0).lane_path_m == ((10.0, 0.0), (20.0, 5.0))
+
+
+def test_a_lane_is_followed_through_only_where_that_can_change_something(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of those who drive along, or come, in lanes that lead along the road nobody leaves it by his lane, nor joins behind anybody."""
+    along: Places = tuple((float(s), 3.5) for s in range(-100, 301, 20))
+    beside = [Track(id=str(s), s_m=float(s), d_m=3.5, speed_s_mps=8.0, lane_path_m=along) for s in (10, 40, 70, 100)]
+    coming = Track(id="coming", s_m=150.0, d_m=3.5, speed_s_mps=-8.0, lane_path_m=along[::-1])
+    follower = Track(id="follower", s_m=-20.0, d_m=0.0, speed_s_mps=8.0)
+    asked = list[str]()
+
+    def counted(track: Track, *given: object) -> object:
+        asked.append(track.id)
+        return along_lane(track, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(prediction, "along_lane", counted)
+    found = predict([*beside, coming, follower], road=CORNER, host_s_m=0.0)
+    assert [name for name in asked if name != follower.id] == []
+    assert {body.id for body in found.bodies} >= {track.id for track in beside}
