@@ -70,7 +70,7 @@ def leads_off(path: Places, d_m: float) -> bool:
 
 
 def bends_gently(track: Track, road: Road) -> bool:
-    """Whether the lane of somebody, where it is known, bends no more than he can drive through as fast as he is."""
+    """Whether the lane of somebody, which is known, bends no more than he can drive through as fast as he is."""
     (x, y, _), path = _in_the_plane(track, frame_for(track, road))
     stations, _, yaws = _sampled(path, (x, y), _LOOKED_AT_M)
     bends = np.interp(stations + _BEND_M, stations, yaws) - np.interp(stations - _BEND_M, stations, yaws)
@@ -79,7 +79,7 @@ def bends_gently(track: Track, road: Road) -> bool:
 
 
 def _in_the_plane(track: Track, frame: FrenetFrame) -> tuple[tuple[float, float, float], Array]:
-    """Its (x, y, yaw), and (n, 2) of its lane."""
+    """Its (x, y, yaw), and (n, 2) of its lane, none where that is not known."""
     s, d = np.array([(track.s_m, track.d_m), *(track.lane_path_m or ())]).T.copy()
     x, y, yaw = to_plane(frame, s, d, np.full(s.shape, heading_of(track)))
     return (float(x[0]), float(y[0]), float(yaw[0])), np.column_stack([x[1:], y[1:]])

@@ -89,8 +89,9 @@ def predict(
         slowing = slowing_down(track, road) if road is not None else STEADY
         is_behind = host_s_m is not None and _is_behind(track, host_s_m)
         goes_elsewhere = not track.follows_road or _leaves_by_its_lane(track, on)
-        lane = along_lane(track, on, *slowing) if goes_elsewhere or (is_behind and following) else None
-        if lane is not None and host_s_m is not None and _joins_behind(track, lane, following, host_s_m, hard_mps2):
+        may_join = is_behind and bool(following)
+        lane = along_lane(track, on, *slowing) if goes_elsewhere or may_join else None
+        if may_join and lane is not None and host_s_m is not None and _joins_behind(track, lane, following, host_s_m, hard_mps2):
             continue
         if not track.follows_road or (goes_elsewhere and lane is not None):
             bodies.append(_free(track, settings, lane or _free_motion(track, on, *slowing), track.id))
@@ -330,8 +331,6 @@ def _joins_behind(
 ) -> bool:
     """Whether somebody's lane leads him to one of those who follow the host, before he is level with it, and such braking is enough to stop
     before he is there, at the first of them."""
-    if not following:
-        return False
     at = along_lane(_MEETING_TIMES_S)
     meets = np.zeros(_MEETING_TIMES_S.size, dtype=bool)
     for one in following:

@@ -25,6 +25,8 @@ class _Ahead(NamedTuple):
 
 
 class _Shape(NamedTuple):
+    """The middle of a lane."""
+
     points: Array  # (n, 2) in SUMO's plane
     along_m: Array  # (n,) their stations
     every_m: Array  # (m,) stations a metre apart
